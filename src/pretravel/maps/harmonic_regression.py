@@ -187,13 +187,21 @@ def _most_probable(problem: RestrictedLikelihood, near: Amplitudes | None) -> Fl
     largest = np.array([*3 * [most + 4.0], 5.0, 5.0, most + 2.0, math.inf, most + 2.0])
     if near is None:
         common = [amplitude, amplitude, amplitude - 2.0, DECAY, DECAY, noise_start]
-        starts = [np.array([*common, azimuth, TYPICAL_FIXED]) for azimuth in _AZIMUTHS]
-        starts.sort(key=lambda start: problem.cost_and_slopes(start)[0])
-        starts = starts[:2]
+        starts = _turned(problem, np.array([*common, 0.0, TYPICAL_FIXED]))[:2]
     else:
-        starts = [near.mode]
+        starts = [near.mode, *_turned(problem, near.mode)[:1]]
     found = [bounded_mode(problem.at, start, least, largest) for start in starts]
     return min(found, key=lambda each: each[1])[0]
+
+
+def _turned(problem: RestrictedLikelihood, start: FloatArray) -> list[FloatArray]:
+    """A start at the azimuths of the lobes that are more probable than their neighbours, the most
+    probable first: each is in the valley of another mode.
+    """
+    starts = [np.array([*start[:OF_TURN], azimuth, *start[OF_TURN + 1 :]]) for azimuth in _AZIMUTHS]
+    cost = np.array([problem.cost_and_slopes(each)[0] for each in starts])
+    valleys = np.flatnonzero((cost <= np.roll(cost, 1)) & (cost <= np.roll(cost, -1)))
+    return [starts[place] for place in valleys[np.argsort(cost[valleys], kind="stable")]]
 
 
 def _averaged_over(problem: RestrictedLikelihood, mode: FloatArray) -> Amplitudes:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import FloatArray, IntArray, PretravelError, azimuth_angle, polar_angle
+from pretravel.base import FloatArray, IntArray, PretravelError
 from pretravel.maps.observation import Places
 
 _BLOCK = 4096  # directions at a time: 10 MB of functions
@@ -159,16 +159,20 @@ def _evaluate(recurrence: _Recurrence, directions: FloatArray, out: FloatArray) 
     """Harmonics at some directions, into (k, n).
 
     Legendre functions by the recurrence in the degree, which loses no digits (Holmes &
-    Featherstone 2002), of all orders together. Libraries compute those of all orders, many times
-    as many as a map has.
+    Featherstone 2002), of all orders together; here without the power of the sine, which belongs to
+    the powers of x + i y: no function of an angle is needed. Libraries compute those of all orders,
+    many times as many as a map has.
     """
-    polar, phase = polar_angle(directions), azimuth_angle(directions)
-    across, along = np.sin(polar), np.cos(polar)
-    orders = recurrence.orders[:, None]
+    length = np.sqrt(np.einsum("ni,ni->n", directions, directions))
+    x, y, along = directions.T / length
+    orders = recurrence.orders
+    powers = np.empty((1 + int(orders.max(initial=0)), len(directions)), dtype=np.complex128)
+    powers[0], powers[1:] = 1.0, x + 1j * y
+    np.multiply.accumulate(powers, axis=0, out=powers)
     legendre = np.empty((recurrence.size + 1, len(directions)))
     legendre[-1] = 0.0
     count = len(orders)
-    legendre[:count] = recurrence.first * across**orders
+    legendre[:count] = recurrence.first
     before, last = slice(0, 0), slice(0, count)
     for scale, ratio in recurrence.steps:
         going = len(scale)
@@ -179,8 +183,7 @@ def _evaluate(recurrence: _Recurrence, directions: FloatArray, out: FloatArray) 
             rows -= ratio * legendre[before.start : before.start + going]
         np.multiply(scale, rows, out=legendre[now])
         before, last = last, now
-    angle = orders * phase
-    around = np.concatenate([np.cos(angle), np.sin(angle)])
+    around = np.concatenate([powers.real[orders], powers.imag[orders]])
     np.multiply(legendre[recurrence.rows], around[recurrence.around], out=out)
 
 

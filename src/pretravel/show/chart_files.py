@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pretravel.base import DEGREE, BoolArray, FloatArray, IntArray
+from pretravel.base import DEGREE, FEW_PLACES, BoolArray, FloatArray, IntArray
 from pretravel.show.chart import (
     COMPASS,
     Axis,
@@ -446,14 +446,22 @@ def _in_front(positions: FloatArray, chart: SpaceChart) -> IntArray:
     meshes = [mark for mark in chart.marks if isinstance(mark, SpaceMesh) and mark.outwards]
     if not meshes or not len(positions):
         return np.arange(len(positions))
-    from scipy.spatial import cKDTree
-
     corners = np.concatenate([mesh.vertices[_triangles(mesh)] for mesh in meshes])
     outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     turn, rise = chart.azimuth * DEGREE, chart.elevation * DEGREE
     eye = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
-    nearest = np.asarray(cKDTree(corners.mean(axis=1)).query(positions)[1])
+    nearest = _nearest(corners.mean(axis=1), positions)
     return np.flatnonzero(outwards[nearest] @ eye >= 0.0)
+
+
+def _nearest(places: FloatArray, positions: FloatArray) -> IntArray:
+    """The number of the place that is nearest to each position."""
+    if len(positions) <= FEW_PLACES:
+        apart = [np.sum((places - position) ** 2, axis=1) for position in positions]
+        return np.argmin(apart, axis=1)
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(places).query(positions)[1])
 
 
 def _triangles(mesh: SpaceMesh) -> IntArray:

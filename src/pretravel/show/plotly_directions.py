@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base import DEGREE, FloatArray
+from pretravel.base import DEGREE, FloatArray, IntArray
 from pretravel.show.chart import (
     COMPASS,
     PolarChart,
@@ -134,16 +134,26 @@ def top_view_figure(chart: TopView) -> PlotlyFigure:
 
 
 def _on_directions(chart: TopView, polar: FloatArray, azimuth: FloatArray) -> FloatArray:
-    """Values between the directions of the grid; not a number outside."""
-    from scipy.interpolate import RegularGridInterpolator
+    """Values between the directions of the grid, linear in both; not a number outside.
 
+    `scipy.interpolate` would take half a second to load.
+    """
     around = np.append(chart.azimuth_deg, chart.azimuth_deg[0] + 360.0)
     values = np.hstack([chart.values, chart.values[:, :1]])
-    inside = RegularGridInterpolator(
-        (chart.polar_deg, around), values, bounds_error=False, fill_value=np.nan
-    )
     azimuth = (azimuth - chart.azimuth_deg[0]) % 360.0 + chart.azimuth_deg[0]
-    return np.asarray(inside(np.dstack([polar, azimuth])))
+    row, down = _cells(chart.polar_deg, polar)
+    column, along = _cells(around, azimuth)
+    upper = (1.0 - along) * values[row, column] + along * values[row, column + 1]
+    lower = (1.0 - along) * values[row + 1, column] + along * values[row + 1, column + 1]
+    return np.asarray((1.0 - down) * upper + down * lower)
+
+
+def _cells(steps: FloatArray, places: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The cell of each place in a row of steps, and how far in it; not a number outside."""
+    cell = np.clip(np.searchsorted(steps, places, side="right") - 1, 0, len(steps) - 2)
+    share = (places - steps[cell]) / (steps[cell + 1] - steps[cell])
+    outside = (places < steps[0]) | (places > steps[-1])
+    return np.asarray(cell, dtype=np.int64), np.where(outside, np.nan, share)
 
 
 def _circle(radius: float) -> dict[str, Any]:

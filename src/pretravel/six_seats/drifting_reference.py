@@ -37,13 +37,14 @@ class _Drifting(SixSeatProblem):
         self.size += self.axes
         self.azimuth += self.axes
 
-    def misses(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def slopes_and_misses(self, x: FloatArray) -> FloatArray:
         values, slopes = self.still.misses(np.delete(x, self.drift, axis=-1))
         # A centre moved by s adds n·s; the drift is that of pretravel, which is smaller then.
         later = -slopes[..., : self.axes] * self._times[:, None]
         values = values + np.einsum("...ga,...a->...g", later, x[..., self.drift])
         at = self.drift.start
-        return values, np.concatenate([slopes[..., :at], later, slopes[..., at:]], axis=-1)
+        parts = [slopes[..., :at], later, slopes[..., at:], values[..., None]]
+        return np.concatenate(parts, axis=-1)
 
 
 def drift_beside_seats(

@@ -118,11 +118,11 @@ class SixSeatBasis(MapBasis):
         return np.asarray(own)
 
     def design(self, directions: FloatArray) -> FloatArray:
-        pretravel, slopes = six_seat_pretravel(self.values, directions)
-        parts = [pretravel, np.ones(len(directions)), directions, slopes]
-        if len(self.terms):
-            parts.append(real_spherical_harmonics(directions, self.terms))
-        return np.column_stack(parts)
+        found = np.empty((len(directions), self.size))
+        found[:, 0], found[:, 5:_OWN] = six_seat_pretravel(self.values, directions)
+        found[:, 1], found[:, 2:5] = 1.0, directions
+        found[:, _OWN:] = real_spherical_harmonics(directions, self.terms)
+        return found
 
     def slopes(self, directions: FloatArray) -> FloatArray:
         """Derivatives of pretravel by each parameter, (n, 18). [mm]"""

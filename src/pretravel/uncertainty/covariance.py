@@ -166,7 +166,7 @@ class Covariance:
             return np.asarray(weights**2 @ self.values)
         if self.correlation is Correlation.FULLY_SHARED:
             return np.asarray((weights @ np.sqrt(self.values)) ** 2)
-        return np.asarray(np.sum((weights @ self.values) * weights, axis=1))
+        return np.asarray(np.einsum("ij,ij->i", weights @ self.values, weights))
 
     def carried(self, weights: FloatArray) -> FloatArray:
         """Covariance matrix of weighted sums of the quantities: W S W', (m, m).
