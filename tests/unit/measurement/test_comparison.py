@@ -145,7 +145,7 @@ class TestComparison:
 
     def test_extremes_and_u_are_those_of_a_qualification(self) -> None:
         """Of a map with cusps, whose largest value lies between whole degrees of azimuth."""
-        pretravel_map = example_map()
+        pretravel_map = example_map("physical")
         _, value, u = over_support(pretravel_map)
         result = compare_corrections(pretravel_map)
         (alone,) = (r for r in result.rows if (r.method, r.where) == (UNCORRECTED, "all"))
