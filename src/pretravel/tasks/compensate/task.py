@@ -93,7 +93,8 @@ class Compensate(
         str | None,
         Field(
             help="Nominal surface, which gives normals and deviations (part.step, part.step#face, "
-            "plane:… or sphere:…; syntax: pretravel simulate --help-all). Without it, the normals "
+            "plane:… or sphere:…, as pretravel simulate --help-all explains). Without it, the "
+            "normals "
             "are those of the touches, and deviations refer to the columns nominal_x_mm…, if the "
             "file has them.",
             reads=surface_files,
