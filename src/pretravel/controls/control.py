@@ -23,7 +23,7 @@ from pretravel.maps import PretravelMap, over_support
 
 USUAL_TOLERANCE = 0.02 * MICROMETRE
 """Deviation of an interpolated table from the map that no measurement sees. [mm]"""
-_REMARK_LINES = 12
+_REMARK_LINES = 13
 """Remarks are among the first lines of a table's text."""
 OF_TABLES = frozenset({"units", "tolerance"})
 """Settings of the controls that interpolate a table."""

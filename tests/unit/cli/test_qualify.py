@@ -34,7 +34,7 @@ class TestQualify:
         text = run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind",
                    "physical", "--verbose", "-o", tmp_path / "map.json")  # fmt: skip
         assert "Six-seat model" in text
-        assert "shift of the whole map" in " ".join(text.split())
+        assert "shifts all points of a part alike" in " ".join(text.split())
         run("compensate", PART, "--map", tmp_path / "map.json", "-o", tmp_path / "points.csv")
         u = np.array([float(row["u_um"]) for row in rows(tmp_path / "points.csv")])
         assert len(u) == 140

@@ -264,7 +264,7 @@ class TestControls:
         files, _ = _exported(monkeypatch, control)
         assert any(remark.startswith(call) for remark in files.remarks)
         text = list(files.texts.values())[-1]
-        comments = [line for line in text.splitlines()[:12] if line.startswith(("(", ";"))]
+        comments = [line for line in text.splitlines()[:13] if line.startswith(("(", ";"))]
         assert list(files.remarks) == comments
 
     def test_delay_travel_of_a_table(self) -> None:

@@ -283,7 +283,7 @@ def test_the_gauge_is_told_in_micrometres(case: str) -> None:
     sizes = np.array([0.11, 0.34, 0.58, 0.9][: problem.extra]) * UM
     said = physical._gauge(problem, x, np.diag(np.append(sizes, np.full(18, 5.0)) ** 2))
     along = "" if case == "ring" else " and 0.58 µm along it"
-    assert f"with u = 0.34 µm across the axis{along}. This shift cancels" in said
+    assert f"with u = 0.34 µm across the axis{along}. This error shifts" in said
     tip = ". The tip's diameter, 6.0140 mm, u = 1.8 µm, follows from the model"
     assert (tip in said) == (case == "tip unknown")
     assert ("tip" in said) == (case == "tip unknown")

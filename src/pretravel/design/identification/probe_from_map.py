@@ -138,19 +138,7 @@ def identify(
     if pretravel_map is None:
         return _from_forces(forces, probe, tuple(free), model)
     pretravel_map = as_map(pretravel_map)
-    if "friction" in free:
-        raise PretravelError(
-            "a map hardly shows friction: it is identified from measured forces alone",
-            inputs=("free", "map_file"),
-        )
-    probe.refuse_tip_friction("identification from a map")
-    if probe.seats.friction > 0.0:
-        raise PretravelError(
-            f"{probe.name} has friction {probe.seats.friction:g} at its seats; numbers are "
-            "identified with statics, since a map hardly shows friction: set friction of [seats] "
-            "to 0",
-            inputs=("probe",),
-        )
+    _refuse_friction(probe, free)
     refuse_other_probe(pretravel_map, probe)
     evidence = evidence_of(pretravel_map)
     fit = _MapFit(evidence, probe, tuple(numbers), model, forces)
@@ -195,6 +183,23 @@ def identify(
         force_residuals=np.zeros(0) if forces is None else forces.residuals(fitted, model),
         described=np.array([number.of(probe) for number in numbers]),
     )
+
+
+def _refuse_friction(probe: Probe, free: Sequence[str]) -> None:
+    """Refuse friction, free or described, where numbers are identified from a map."""
+    if "friction" in free:
+        raise PretravelError(
+            "a map hardly shows friction: it is identified from measured forces alone",
+            inputs=("free", "map_file"),
+        )
+    probe.refuse_tip_friction("identification from a map")
+    if probe.seats.friction > 0.0:
+        raise PretravelError(
+            f"{probe.name} has friction {probe.seats.friction:g} at its seats; numbers are "
+            "identified with statics, since a map hardly shows friction: set friction of [seats] "
+            "to 0",
+            inputs=("probe",),
+        )
 
 
 def _starts_of_forces(

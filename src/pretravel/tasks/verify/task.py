@@ -71,7 +71,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         Path | None,
         Field(
             help="Make a new map from these touches alone (.json): touch all directions first. "
-            "With few touches, use qualify --prior.",
+            "Few touches update a map instead (qualify with an old map).",
             writes=_COMPLETE_MAPS,
             in_run=True,
         ),
