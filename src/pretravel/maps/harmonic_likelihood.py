@@ -310,7 +310,7 @@ class RestrictedLikelihood:
 
 
 def _off(at: _Products) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """What y has beside what is expected: of each term by its variance and by a turn, (k,), and of
+    """Differences of y from its expectation: of each term by variance and turn, (k,), and of
     each row, (g,).
     """
     seen = at.design.T @ at.weighted
