@@ -49,11 +49,15 @@ def _error_over_u(found: Qualification, truth: np.ndarray) -> float:
 @pytest.mark.parametrize("lobes", LOBES)
 def test_u_covers_another_kind_of_probe(lobes: str) -> None:
     """Of the usual map, in which the kind counts that predicts left-out directions. Of six seats
-    alone, without repeats, error over u is 0.9 to 1.8, and five lobes are said."""
-    rng = np.random.default_rng(16)
-    pretravel = _pretravel(lobes, PATTERN) + rng.normal(0.0, NOISE, len(PATTERN))
-    found = qualify(sphere_touches(pretravel), 25.0, tip_diameter=6.0)
-    assert _error_over_u(found, _pretravel(lobes, BETWEEN)) < 1.5
+    alone, without repeats, error over u is 0.9 to 1.8, and five lobes are said. From draw to draw
+    of the noise it changes by 0.1: the root mean square of three draws."""
+    ratios = []
+    for seed in (16, 17, 18):
+        noise = np.random.default_rng(seed).normal(0.0, NOISE, len(PATTERN))
+        touches = sphere_touches(_pretravel(lobes, PATTERN) + noise)
+        found = qualify(touches, 25.0, tip_diameter=6.0)
+        ratios.append(_error_over_u(found, _pretravel(lobes, BETWEEN)))
+    assert np.sqrt(np.mean(np.square(ratios))) < 1.5
 
 
 def test_another_kind_of_probe_is_said() -> None:
