@@ -47,6 +47,11 @@ _COLUMNS = (
     ),
     RowStatement("columns A, B, C that move", "", "frame", "refused"),
     RowStatement(
+        "columns and first lines that give the tip or the reference another diameter than is used",
+        "", "tip", "refused",
+    ),
+    RowStatement("column compensated, radius comp … that says yes", "", "radius", "refused"),
+    RowStatement(
         "comments among the rows that give or change a tip, part, unit, offset, rotation …",
         "", "frame", "refused",
     ),
