@@ -108,9 +108,9 @@ def _radii_statements(
         f"units {settings.units}. Tip radius {radius} minus pretravel",
         *conditions_statements(pretravel_map, settings),
         f"the angles are {meaning} - from X toward Y of the machine",
-        f"if read as such the nearest radius is wrong by {_residuals(table)} in the XY plane",
+        f"with these angles the nearest radius is wrong by {_residuals(table)} in the XY plane",
         f"a control that takes the angles as {other} is wrong by {misread} at most",
-        f"radii touched at their angles are wrong by {_residuals(touched)}",
+        f"for comparison: radii of a calibration by the control are wrong by {_residuals(touched)}",
         "not yet tried on a control. Compare with a calibration by the control before use",
     ]
 

@@ -104,9 +104,8 @@ class Compensate(
     machine: Annotated[
         Path | None,
         Field(
-            help="Not the machine file, but variances of machine and probe by direction, from "
-            "pretravel separate (.json or .csv), which replace the map's repeatability in u. The "
-            "points stay the same.",
+            help="Variances of machine and probe by direction, from pretravel separate (.json or "
+            ".csv), which replace the map's repeatability in u (not the machine file of programs).",
             label="Separation of machine and probe",
             reads=True,
             without=(SEVERAL_TIPS,),

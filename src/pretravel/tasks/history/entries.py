@@ -18,9 +18,9 @@ def decision_words(decision: str) -> str:
         "kept", or "accepted NEW_MAP".
 
     >>> decision_words("accepted new.json")
-    'replaced by new.json'
+    'not changed; the history continues with new.json'
     """
-    return decision.replace("accepted ", "replaced by ", 1)
+    return decision.replace("accepted ", "not changed; the history continues with ", 1)
 
 
 def entry_value(entry: Entry, column: str) -> float:

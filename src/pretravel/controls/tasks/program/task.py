@@ -278,8 +278,8 @@ class ProgramAxis(ProgramTask):
     sense: Annotated[
         Literal["against", "with"],
         Field(
-            help="Sense in which the sphere turns where the angle of the axis increases. against: "
-            "left-handed about the machine's axis, as on a table. with: right-handed.",
+            help="Sense in which the sphere turns for a growing angle: against (left-handed about "
+            "the machine's axis, as on a table) or with (right-handed).",
         ),
     ] = "against"
     turning_feed: Annotated[
@@ -369,7 +369,7 @@ def _check_shank(shank: float, diameter: float) -> None:
 
 
 class ProgramPart(ProgramTask):
-    """Touch the targets of a plan, with moves between them that are free of collisions."""
+    """Touch the targets of a plan; with the part, all moves are checked against its faces."""
 
     name = "program part"
     example = "pretravel program part mill.toml plan.csv --surface part.step -o part.ngc"
