@@ -9,10 +9,12 @@ from .basis import StoredBasis as StoredBasis
 from .basis import values_in_blocks as values_in_blocks
 from .grid import effective_radius_table as effective_radius_table
 from .grid import map_grid as map_grid
+from .kind import FEWEST_OF_SIX_SEATS as FEWEST_OF_SIX_SEATS
 from .kind import CenteredFit as CenteredFit
 from .kind import KindOfMap as KindOfMap
 from .kind import MapFit as MapFit
 from .kind import ReferenceDrift as ReferenceDrift
+from .kind import hidden_lobes as hidden_lobes
 from .kinds import AUTO as AUTO
 from .kinds import KINDS as KINDS
 from .kinds import kind_named as kind_named

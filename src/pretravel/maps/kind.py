@@ -367,17 +367,64 @@ def hidden_variance(observation: Observation) -> float:
     >>> round(1e3 * math.sqrt(few), 1), round(1e3 * math.sqrt(many), 1)
     (2.9, 0.0)
     """
-    if observation.ring:
-        around = np.linspace(0.0, 2.0 * math.pi, _AROUND, endpoint=False)
-        between = from_angles(0.5 * math.pi, around)
-    else:
-        between = fibonacci_cap(_AROUND, float(polar_angle(observation.directions).max()))
+    between = _between(observation)
     shapes = _usual_shapes(observation.directions)
     taken = observation.to_sphere @ shapes
     shown = shapes - observation.free_design @ taken
     left = _usual_shapes(between) - sphere_columns(between, observation.axes) @ taken
     hidden = float(np.sum(np.mean(left**2, axis=0) - np.mean(shown**2, axis=0)))
     return _usual_amplitude(observation, shapes) ** 2 * max(hidden, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class HiddenLobes:
+    """Lobes of a usual size that the touched directions show as a shift of the centre.
+
+    Attributes
+    ----------
+    between : (n, 3) float
+        Directions. Probe frame.
+    pretravel : (n, 2) float
+        What is not seen of lobes of either azimuth there. [mm]
+    shift : (axes, 2) float
+        Of the centre, for which they are taken. [mm]
+    """
+
+    between: FloatArray
+    pretravel: FloatArray
+    shift: FloatArray
+
+
+def hidden_lobes(observation: Observation) -> HiddenLobes | None:
+    """The lobes that touches hide, however many there are; None where they show them.
+
+    Four azimuths 90° apart show cos 3φ as cos φ.
+
+    Parameters
+    ----------
+    observation : Observation
+    """
+    shapes = _usual_shapes(observation.directions)
+    taken = observation.to_sphere @ shapes
+    shown = shapes - observation.free_design @ taken
+    if np.all(np.sum(shown**2, axis=0)[1:] > _SHOWN * np.sum(shapes**2, axis=0)[1:]):
+        return None
+    between = _between(observation)
+    left = _usual_shapes(between) - sphere_columns(between, observation.axes) @ taken
+    size = _usual_amplitude(observation, shapes)
+    return HiddenLobes(between, size * left[:, 1:], size * taken[1:, 1:])
+
+
+def _between(observation: Observation) -> FloatArray:
+    """Directions between the touched ones."""
+    if not observation.ring:
+        return fibonacci_cap(_AROUND, float(polar_angle(observation.directions).max()))
+    around = np.linspace(0.0, 2.0 * math.pi, _AROUND, endpoint=False)
+    return from_angles(0.5 * math.pi, around)
+
+
+_SHOWN = 0.2
+"""Share of lobes that a shift leaves: of spread directions 0.6 to 1, of four azimuths below 0.1."""
 
 
 def _usual_shapes(directions: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ from pretravel.maps import (
     Observation,
     PretravelMap,
     Scatter,
+    hidden_lobes,
     over_support,
     some_directions,
 )
@@ -81,6 +82,12 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
         found.append(
             f"{count} directions do not show the lobes of a probe with three rods: u of the map "
             "can only contain lobes of a usual size; touch 25 directions"
+        )
+    elif hidden_lobes(observation) is not None:
+        found.append(
+            "the touched directions show the lobes of three rods as a shift of the centre (as four "
+            "azimuths 90° apart do): u of the map can only contain lobes of a usual size, and the "
+            "map can be wrong by more; touch eight azimuths"
         )
     largest_polar = float(polar_angle(observation.directions).max())
     if not observation.ring and largest_polar < LOWEST_POLAR:

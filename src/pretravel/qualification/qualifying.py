@@ -20,6 +20,7 @@ from threadpoolctl import threadpool_limits
 from pretravel.base import FloatArray, PretravelError, frozen, probe_rotation
 from pretravel.maps import (
     AUTO,
+    FEWEST_OF_SIX_SEATS,
     KINDS,
     MOST_KEPT,
     AveragedBasis,
@@ -38,6 +39,7 @@ from pretravel.maps import (
     TouchedMeans,
     as_map,
     fit_harmonic,
+    hidden_lobes,
     kind_named,
     one_word,
     orientation_of,
@@ -65,6 +67,7 @@ from pretravel.touches import (
     copied_readings,
     refuse_several,
 )
+from pretravel.uncertainty import Covariance
 
 _LOG = logging.getLogger(__name__)
 
@@ -407,7 +410,19 @@ def _fitted(ready: PreparedTouches, kind: KindOfMap) -> tuple[MapFit, CenteredFi
 
 
 def _centered(ready: PreparedTouches, kind: KindOfMap, fit: MapFit) -> CenteredFit:
-    return kind.centered(fit, ready.setup.axial_pretravel)
+    centered = kind.centered(fit, ready.setup.axial_pretravel)
+    lobes = hidden_lobes(fit.observation)
+    if lobes is None or fit.observation.direction_count < FEWEST_OF_SIX_SEATS:
+        return centered
+    axes = len(lobes.shift)
+    change = np.linalg.lstsq(fit.basis.design(lobes.between), lobes.pretravel)[0]
+    of_center = centered.center_covariance.copy()
+    of_center[:axes, :axes] += lobes.shift @ lobes.shift.T
+    return replace(
+        centered,
+        covariance=Covariance.full(centered.covariance.matrix + change @ change.T),
+        center_covariance=of_center,
+    )
 
 
 def _repeatability(ready: PreparedTouches, fit: MapFit) -> Scatter:

@@ -15,6 +15,7 @@ from pretravel.maps.kind import (
     FEWEST_OF_SIX_SEATS,
     KindOfMap,
     MapFit,
+    hidden_lobes,
     hidden_variance,
     usual_shift_covariance,
     with_usual_noise,
@@ -114,7 +115,7 @@ def averaged(
     left = max(directions - observation.axes - basis.size, 1)
     variance = float(np.mean(residuals**2)) * directions / left
     variance = with_usual_noise(variance, left, observation)
-    if directions < FEWEST_OF_SIX_SEATS:
+    if directions < FEWEST_OF_SIX_SEATS or hidden_lobes(observation) is not None:
         variance += hidden_variance(observation)
     sphere_dof = max(len(centred) - free.shape[1], 1)
     sphere_variance = float(np.sum((centred - solution[0]) ** 2)) / sphere_dof

@@ -1,0 +1,49 @@
+"""Directions in which three lobes look like a shift of the centre: four azimuths 90° apart."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.trigger import predict
+from pretravel.qualification.qualifying import qualify
+from tests.support.reference_touches import sphere_touches
+
+PROBE = load_probe("omp40-2-100mm")
+HIDDEN = "show the lobes of three rods as a shift"
+
+
+def directions(azimuths: int, first: float) -> np.ndarray:
+    """The pole, and azimuths at polar 30°, 60° and 90°; three touches each."""
+    around = first + 2.0 * np.pi * np.arange(azimuths) / azimuths
+    rings = [from_angles(polar * DEGREE, around) for polar in (30.0, 60.0, 90.0)]
+    return np.repeat(np.vstack([[[0.0, 0.0, 1.0]], *rings]), 3, axis=0)
+
+
+@pytest.mark.parametrize("kind", ["harmonic", "physical", "mean"])
+def test_u_contains_lobes_that_four_azimuths_hide(kind: str) -> None:
+    """Errors over u of a usual probe, turned by 0 to 90°, without the shift of all points."""
+    between, ratios = fibonacci_cap(300), []
+    for turn in (0.0, 30.0, 60.0, 90.0):
+        n, rotation = directions(4, 0.3), probe_rotation(rotation=turn * DEGREE)
+        noise = np.random.default_rng(int(turn)).normal(0.0, 3e-4, len(n))
+        touches = sphere_touches(predict(PROBE, n @ rotation).pretravel + noise, n)
+        found = qualify(touches, 25.0, tip_diameter=6.0, kind=kind)
+        assert any(HIDDEN in warning for warning in found.warnings)
+        value, u = found.pretravel_map.pretravel_and_uncertainty(between)
+        error = value - predict(PROBE, between @ rotation).pretravel
+        error -= between @ np.linalg.lstsq(between, error)[0]
+        ratios.append(np.sqrt(np.mean((error / u) ** 2)))
+    assert np.sqrt(np.mean(np.square(ratios))) < 1.5
+
+
+@pytest.mark.parametrize("azimuths", [5, 6, 8])
+def test_other_azimuths_show_the_lobes(azimuths: int) -> None:
+    n = directions(azimuths, 0.3)
+    touches = sphere_touches(predict(PROBE, n).pretravel, n)
+    found = qualify(touches, 25.0, tip_diameter=6.0, kind="harmonic")
+    assert not any(HIDDEN in warning for warning in found.warnings)
