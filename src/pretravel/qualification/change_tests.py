@@ -156,7 +156,7 @@ class ChangeTests:
 
 
 _HIDDEN = 0.2
-"""Share of a turn's pattern that remains beside a shift: spread directions leave 0.6 to 1, four
+"""Share of a turn's pattern that a shift leaves: spread directions leave 0.6 to 1, four
 azimuths at 90° less than 0.001."""
 
 
