@@ -109,7 +109,7 @@ class CenteredFit:
 
 @dataclass(frozen=True, eq=False)
 class ReferenceDrift:
-    """A steady movement of the reference against the machine, from the first touch to the last.
+    """A movement of the reference against the machine, from the first touch to the last.
 
     Attributes
     ----------
@@ -117,10 +117,26 @@ class ReferenceDrift:
         Change of pretravel in the direction of each axis: the reference moves by the negative. [mm]
     covariance : (axes, axes) float
         [mm²]
+    slows : bool
+        As of a machine that warms up, with a time constant of a third of the run: slower ones look
+        steady, quicker ones end soon. Else the movement is steady.
     """
 
     value: FloatArray
     covariance: FloatArray
+    slows: bool = False
+
+    @staticmethod
+    def course(times: FloatArray, *, slows: bool) -> FloatArray:
+        """Share of the movement at times from -1/2 to 1/2, about its mean over them.
+
+        >>> ends = np.array([-0.5, 0.5])
+        >>> [float(np.diff(ReferenceDrift.course(ends, slows=s))[0]) for s in (False, True)]
+        [1.0, 1.0]
+        """
+        if not slows:
+            return times
+        return np.asarray(1.0 / 3.0 - np.exp(-3.0 * (times + 0.5)) / (1.0 - math.exp(-3.0)))
 
 
 class KindOfMap(ABC):

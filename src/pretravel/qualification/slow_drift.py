@@ -59,7 +59,8 @@ def _pretravel(ready: PreparedTouches, drift: ReferenceDrift) -> FloatArray:
 
 def _columns(ready: PreparedTouches, drift: ReferenceDrift) -> FloatArray:
     directions = ready.whole.directions[:, : len(drift.value)]
-    return np.asarray(directions * relative_times(np.arange(len(directions)))[:, None])
+    times = relative_times(np.arange(len(directions)))
+    return np.asarray(directions * drift.course(times, slows=drift.slows)[:, None])
 
 
 def with_drift(
@@ -85,9 +86,9 @@ def with_drift(
     said = (
         f"the reference drifted by {size:.1f} µm against the machine during the touches: this "
         "explains the differences of the directions better than another kind of probe. Repeats in "
-        "a row do not show it; it follows from the forms that a six-seat probe can have. A steady "
-        "drift was subtracted. Let the machine warm up, and touch in passes over all directions, "
-        "which separate probe and drift"
+        "a row do not show it; it follows from the forms that a six-seat probe can have. A "
+        f"{'drift that slows down' if drift.slows else 'steady drift'} was subtracted. Let the "
+        "machine warm up, and touch in passes over all directions, which separate probe and drift"
     )
     effects = replace(
         again.effects,

@@ -52,6 +52,8 @@ def drift_beside_seats(
 ) -> ReferenceDrift | None:
     """The drift that explains touches better than a form which six seats do not represent.
 
+    The more probable one of a steady drift and one that slows down.
+
     Parameters
     ----------
     observation : Observation
@@ -66,8 +68,21 @@ def drift_beside_seats(
     -------
     ReferenceDrift or None
     """
-    drifting = _Drifting(observation, times)
-    without = modes(drifting.still, [scales], x[None]).evidence[0]
+    still = SixSeatProblem(observation)
+    needed = float(modes(still, [scales], x[None]).evidence[0]) + _BETTER
+    drift = None
+    for slows in (False, True):
+        drifting = _Drifting(observation, ReferenceDrift.course(times, slows=slows))
+        evidence, found, covariance = _most_probable(drifting, x, scales)
+        if evidence > needed:
+            needed, drift = evidence, ReferenceDrift(found, covariance, slows)
+    return drift
+
+
+def _most_probable(
+    drifting: _Drifting, x: FloatArray, scales: PriorScales
+) -> tuple[float, FloatArray, FloatArray]:
+    """Logarithm of the evidence of a drift, its value, and its covariance."""
     tried = [
         replace(scales, asymmetry=size, correction=_NO_CORRECTION, fixed_scatter=0.0)
         for size in _ASYMMETRIES
@@ -78,7 +93,5 @@ def drift_beside_seats(
     in_advance = -0.5 * np.sum((value / _USUAL) ** 2, axis=1) - drifting.axes * math.log(_USUAL)
     evidence = found.evidence + in_advance
     best = int(np.argmax(evidence))
-    if not evidence[best] > without + _BETTER:
-        return None
     covariance = drifting.covariance_at(found.x[best], tried[best])
-    return ReferenceDrift(value[best], covariance[drifting.drift, drifting.drift])
+    return float(evidence[best]), value[best], covariance[drifting.drift, drifting.drift]

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
-from scipy.special import ndtr
+from scipy.special import chdtri, ndtr
 
 from pretravel.base.arrays import FloatArray
-from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART, noise_of_features
+from pretravel.drawing.features.feature_uncertainty import (
+    FORM_OF_PART,
+    dof_of_mixture,
+    noise_of_features,
+)
 from pretravel.drawing.features.form_families import families_of, families_of_faces
 from pretravel.drawing.features.form_of_part import UNSEEN, form_of_part
 from pretravel.drawing.features.measured_feature import MeasuredFeature, measure_feature
@@ -106,6 +112,28 @@ def test_few_touches_of_a_large_oval_are_no_roughness_of_that_size(count: int) -
         assert abs(found.value - 20.0) < found.expanded_u
         u.append(found.expanded_u)
     assert np.mean(u) < 20.0 * UM
+
+
+@pytest.mark.parametrize("left", [2, 3, 5])
+def test_any_roughness_is_covered(left: int) -> None:
+    """U is that of 95 % on average over surfaces; of those rough by twice to five times the errors
+    small residuals may be taken for perfect, and U covers least: at least 93 %."""
+    count, shares = left + 3, (np.arange(60) + 0.5) / 60.0
+    azimuth = 2.0 * np.pi * np.arange(count) / count
+    jacobian = np.column_stack([np.cos(azimuth), np.sin(azimuth), np.ones(count)])
+    row = np.linalg.pinv(jacobian)[0]
+    one = np.linalg.qr(jacobian, mode="complete")[0][:, -1]
+    for rough in (0.0, 1.0, 2.0, 3.0, 5.0):
+        true, covered = OWN * math.hypot(1.0, rough), []
+        for observed in true**2 * chdtri(left, 1.0 - shares):
+            form = form_of_part(math.sqrt(observed) * one, jacobian, left * OWN**2)
+            u = math.sqrt((OWN**2 + form.rough**2) * float(row @ row))
+            variances, likely = form.variances(row)
+            deviations = np.sqrt(variances + OWN**2 * float(row @ row))
+            limit = u * coverage_factor(dof_of_mixture(deviations, likely, u), whole_dof=False)
+            deviation = true * math.sqrt(float(row @ row))
+            covered.append(1.0 - 2.0 * ndtr(-limit / deviation))
+        assert np.mean(covered) > 0.93
 
 
 def test_roughness_that_looks_like_lobes_by_chance_is_covered() -> None:
