@@ -52,7 +52,7 @@ class FaceNumbers(NamedTuple):
 
 
 def _each(faces: Sequence[Face]) -> list[tuple[FloatArray, ...]]:
-    found = []
+    found: list[tuple[FloatArray, ...]] = []
     for count, face in enumerate(faces, start=1):
         if count % _PROGRESS == 0:
             _logger.info("describing face %d of %d", count, len(faces))
