@@ -12,7 +12,6 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from unittest.mock import patch
 
@@ -116,18 +115,7 @@ def commands(sizes: Sizes) -> Figures:
             Row(f"pretravel {word}", "", found[word], "python -c pass", found["python -c pass"])
             for word in ("--version", "--help")
         ]
-        return Figures((*rows, *_placed(at)))
-
-
-def _placed(at: Waiting) -> list[Row]:
-    """A part placed from nothing."""
-    words = (
-        "align", _DATA / "bracket_touches.csv", "--part", _DATA / "bracket.step",
-        "--map", at.made, "-o", at.folder / "place.json",
-    )  # fmt: skip
-    placed = at.median({"align": [*PRETRAVEL, *map(str, words)]})["align"].processor
-    there = "not compared here" if find_spec("open3d") else "is not installed here"
-    return [Row("pretravel align, bracket", "", placed, note=f"Open3D {there}")]
+        return Figures(tuple(rows))
 
 
 def pages(sizes: Sizes) -> Figures:
