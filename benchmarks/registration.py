@@ -71,7 +71,9 @@ def registration(sizes: Sizes) -> Figures:
     """The bracket of the tests, 1,000 touches, in some placements."""
     n = np.repeat(sphere_pattern_25(), 3, axis=0)
     distance = 15.5 - predict(load_probe("omp40-2-100mm"), n).pretravel
-    made = qualify(Touches(n * distance[:, None], n), 25.0, tip_diameter=6.0).pretravel_map
+    touched = Touches(n * distance[:, None], n)
+    # A mean has values on all sides of the part; a tripod does not trigger when it is pulled.
+    made = qualify(touched, 25.0, tip_diameter=6.0, kind="mean").pretravel_map
     part, generator, count = bracket(), np.random.default_rng(0), 2 * sizes.repeats
     placements = [random_placement(generator) for _ in range(count)]
     tips = []
