@@ -160,10 +160,10 @@ def computer() -> str:
         memory = f" and {whole / 1e9:.0f} GB of memory"
     busy = ""
     if load > 0.5:
-        busy = f" When the run began, {load:.1f} other processes were at work on average."
+        busy = f", with {load:.0f} other processes at work"
     return (
         f"A computer with {os.cpu_count()} cores{memory}, {platform.system()}, Python "
-        f"{platform.python_version()}, on {date.today().isoformat()}.{busy}"
+        f"{platform.python_version()}, on {date.today().isoformat()}{busy}."
     )
 
 

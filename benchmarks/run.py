@@ -17,7 +17,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks import installed, load, long_tables, ratios, studies, waiting
+from benchmarks import installed, load, long_tables, ratios, registration, studies, waiting
 from benchmarks.commands import spent
 from benchmarks.results import (
     Figures,
@@ -82,6 +82,7 @@ BENCHMARKS: Mapping[str, Callable[[Sizes], Figures]] = {
     "commands": waiting.commands,
     "pages": waiting.pages,
     "parts": waiting.parts,
+    "registration": registration.registration,
     "tables": waiting.tables,
     "fits": waiting.fits,
     "a-design": waiting.elements,

@@ -28,6 +28,8 @@ class Sizes:
         Of a part, across and along: 31 × 32 make 998 faces.
     sets : int
         Of `check-budget`.
+    placed : int
+        Touches on a part that is placed from nothing.
     """
 
     directions: int = 100_000
@@ -48,6 +50,7 @@ class Sizes:
     calculix: int = 1
     holes: tuple[int, int] = (31, 32)
     sets: int = 60
+    placed: int = 1_000
 
 
 FULL = Sizes()
@@ -70,4 +73,5 @@ SMALL = Sizes(
     calculix=0,
     holes=(2, 2),
     sets=20,
+    placed=30,
 )

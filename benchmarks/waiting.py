@@ -12,7 +12,6 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from unittest.mock import patch
 
@@ -39,7 +38,7 @@ _SPHERE = ("--diameter", "24.9987", "--tip-diameter", "6")
 _DATA = example_folder()
 _LIBRARIES = "import numpy, scipy.special"
 _OWN_MODULES = "150 modules of its own take a third of the time, the libraries the rest"
-_ARITHMETIC = "imports take half of it (scipy.optimize 0.15 s), the fit a third"
+_ARITHMETIC = "imports take half of it, the fit a third"
 
 
 class Waiting:
@@ -116,18 +115,7 @@ def commands(sizes: Sizes) -> Figures:
             Row(f"pretravel {word}", "", found[word], "python -c pass", found["python -c pass"])
             for word in ("--version", "--help")
         ]
-        return Figures((*rows, *_placed(at)))
-
-
-def _placed(at: Waiting) -> list[Row]:
-    """A part placed from nothing."""
-    words = (
-        "align", _DATA / "bracket_touches.csv", "--part", _DATA / "bracket.step",
-        "--map", at.made, "-o", at.folder / "place.json",
-    )  # fmt: skip
-    placed = at.median({"align": [*PRETRAVEL, *map(str, words)]})["align"].processor
-    there = "not compared here" if find_spec("open3d") else "is not installed here"
-    return [Row("pretravel align, bracket", "", placed, note=f"Open3D {there}")]
+        return Figures(tuple(rows))
 
 
 def pages(sizes: Sizes) -> Figures:
@@ -147,7 +135,12 @@ def pages(sizes: Sizes) -> Figures:
             found = at.median({"without": bare, "with": [*bare, "-o", str(page)]})
             without, with_page = found["without"].processor, found["with"].processor
             note = f"page of {memory_text(page.stat().st_size)}"
-            note = _goal(with_page, without + 0.4, "matplotlib draws each picture, 0.6 s", note)
+            note = _goal(
+                with_page,
+                without + 0.4,
+                "three quarters are matplotlib: its modules, places and lines",
+                note,
+            )
             rows.append(Row(f"{job} with -o page.html", "", with_page, "without", without, note))
     return Figures(tuple(rows))
 
@@ -186,7 +179,7 @@ def parts(sizes: Sizes) -> Figures:
             first.processor, 1.5 * theirs, "geometry, middle and axis of each face", memory
         )
         start = f"whole command, of it {seconds_text(empty)} for its start"
-        start = _goal(again.processor, 0.3 + empty, "middle and axis of each face, 5 ms", start)
+        start = _goal(again.processor, 0.3 + empty, "modules, and 32,000 numbers as objects", start)
         return Figures(
             (
                 Row("faces of a part, first time", faces, first.processor, other, theirs, memory),
@@ -205,7 +198,7 @@ def tables(sizes: Sizes) -> Figures:
 
 _GOALS = {(100_000, ".csv"): 2.0, (200_000, ".csv"): 2.5, (200_000, ".parquet"): 1.5}
 """By touches and ending. [s]"""
-_OF_TABLES = "imports 0.5 s, evaluation of the map 2.5 µs a touch, the rest reading and writing"
+_OF_TABLES = "the map with u, 3 µs a touch, takes a third, imports a quarter"
 
 
 def _table(count: int, repeats: int) -> Figures:
@@ -276,7 +269,7 @@ def fits(sizes: Sizes) -> Figures:
     distance = 15.5 - truth + np.random.default_rng(0).normal(0.0, 3e-4, len(n))
     touches = Touches(n * distance[:, None], n)
     fit = _processor(lambda: qualify(touches, 25.0, tip_diameter=6.0), sizes.repeats)
-    limit = "117 batches of searches of physical, 217 of harmonics, 1 ms each of small matrices"
+    limit = "half are 120 batches of searches of physical, 0.8 ms each of small matrices"
     rows = [Row("touches qualified, kind auto", "75", fit, note=_goal(fit, 0.25, limit))]
     made = qualify(touches, 25.0, tip_diameter=6.0, kind="physical").pretravel_map
     many = fibonacci_cap(sizes.directions, math.radians(90.0))
@@ -288,7 +281,7 @@ def fits(sizes: Sizes) -> Figures:
             evaluated,
             "numpy.linalg.solve, 6 × 6",
             _processor(lambda: np.linalg.solve(matrices, matrices[:, :, :1]), sizes.repeats),
-            _goal(evaluated, 4e-6 * len(many), "slopes and harmonics of each direction"),
+            _goal(evaluated, 4e-6 * len(many), "half is the product with the covariance"),
         )
     )  # fmt: skip
     with tempfile.TemporaryDirectory() as name:

@@ -458,7 +458,7 @@ def _nearest(places: FloatArray, positions: FloatArray) -> IntArray:
     """The number of the place that is nearest to each position."""
     if len(positions) <= FEW_PLACES:
         apart = [np.sum((places - position) ** 2, axis=1) for position in positions]
-        return np.argmin(apart, axis=1)
+        return np.asarray(np.argmin(apart, axis=1))
     from scipy.spatial import cKDTree
 
     return np.asarray(cKDTree(places).query(positions)[1])
