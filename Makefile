@@ -15,9 +15,11 @@ TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist l
 # On a bare installation, on a real LinuxCNC, in a real browser, of the site and its pages, with damaged files, of benchmarks.
 SYSTEM := tests/core tests/machine tests/browser tests/docs tests/hard tests/benchmarks
 # What libraries do for us: files, tables, pictures, settings, shapes, maps.
-OLDEST := $(addprefix tests/unit/,files tasks cli show maps surface design)
+OLDEST := $(addprefix tests/unit/,files tasks cli show maps surface \
+	design/test_run.py design/test_plan.py design/test_outputs.py design/test_workers.py design/test_sensitivity.py)
 # Rounding differs between the kernels of OpenBLAS, which follow the processor: results must not.
-NUMERICAL := tests/laws $(addprefix tests/unit/,qualification six_seats maps design measurement laboratory)
+NUMERICAL := tests/laws $(addprefix tests/unit/,qualification six_seats maps measurement laboratory \
+	design/test_probe_from_map.py design/test_measured_forces.py design/test_orientation.py)
 
 .PHONY: help venv demo check check-system check-all kernels linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check oldest benchmark lock licences sbom clean
 

@@ -274,6 +274,7 @@ def _two_maps(kinds: tuple[str, str]) -> list[PretravelMap]:
 def test_an_average_evaluates_on_a_control_as_its_parts_do(kinds: tuple[str, str]) -> None:
     """One closed form: the weighted parts, the shift between their centres, and the tips' radii."""
     maps = _two_maps(kinds)
+    maps[1] = replace(maps[1], tip_radius=maps[1].tip_radius + 2e-3)
     shift = np.array([1e-3, -2e-3, 3e-3])
     basis, coefficients, _ = averaged_map(maps, [np.zeros(3), shift], [0.6, 0.4])
     form = basis.form_on_control(coefficients)

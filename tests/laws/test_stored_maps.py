@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.files.map_datasets import map_dataset
 from pretravel.maps.pretravel_map import PretravelMap
 from tests.support.example_maps import example_map
 from tests.support.stored_maps import averaged_example, map_of, sealed, small_harmonic_map, stored
@@ -84,6 +85,16 @@ def _next(value: Any) -> Any:
 def test_a_map_is_read_as_it_was_written(name: str) -> None:
     assert stored(map_of(_content(name))) == _content(name)
     assert sealed(json.loads(_content(name)))[:-1].rpartition(b'"content')[2] in _content(name)
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_a_map_is_a_dataset(name: str) -> None:
+    """With all arrays of its basis, whose axes have one size each."""
+    made = MAPS[name]()
+    found = map_dataset(made)
+    for key, array in made.basis.arrays().items():
+        assert np.array_equal(found[key].values, array.values)
+        assert found[key].attrs["units"] == array.unit
 
 
 @pytest.mark.parametrize("name", MAPS)

@@ -265,7 +265,11 @@ def test_a_probe_that_has_turned_by_many_degrees(kind: str, degrees: float) -> N
     turned_frame = old.rotation @ probe_rotation(rotation=np.radians(degrees))
     now = replace(old, rotation=turned_frame)
     n = fibonacci_cap(15)
-    found = update_map(sphere_touches(now.pretravel(n), n), old, 25.0)
+    given = sphere_touches(now.pretravel(n), n)
+    found = update_map(given, old, 25.0)
+    away = np.linalg.norm(given.positions - found.center, axis=1)
+    left = 15.5 - away - found.pretravel_map.pretravel(found.contact_normals)
+    assert found.residuals == pytest.approx(left, abs=1e-5)
     assert np.degrees(found.turn.value) == pytest.approx(degrees, abs=2 * np.degrees(found.turn.u))
     assert found.p_value > DOUBTFUL_FIT
     assert "most likely in the turn about the axis, by about " in " ".join(found.warnings)

@@ -20,7 +20,7 @@ from pretravel.maps.provenance import U_AXIAL_PRETRAVEL, Origin, QualificationSe
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
-from pretravel.qualification.qualifying import qualified
+from pretravel.qualification.qualifying import _mapped, prepare, qualified
 from pretravel.qualification.qualifying import qualify as qualify_with_all_kinds
 from pretravel.tasks.qualify import Qualify
 from pretravel.touches import Touches
@@ -132,6 +132,17 @@ def test_a_qualification_states_what_it_saw() -> None:
     assert told.gauge.startswith("pretravel is relative to ")
     assert told.level_known
     assert told.setup is setup
+
+
+def test_what_all_touches_have_in_common_moves_the_centre() -> None:
+    """Any way: 2 µm beside what the touches say of it."""
+    ready = prepare(_touches(TILT), replace(SETUP, axis=AXIS))
+    alone, shared = (
+        _mapped(replace(ready, effects=replace(ready.effects, in_common=size)), MeanKind())
+        for size in (0.0, 2.0 * UM)
+    )
+    added = shared.center_covariance - alone.center_covariance
+    assert added == pytest.approx((2.0 * UM) ** 2 * np.eye(3), abs=1e-15)
 
 
 def _sphere(positions: np.ndarray) -> tuple[np.ndarray, float]:

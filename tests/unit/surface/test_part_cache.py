@@ -91,8 +91,9 @@ def test_an_entry_that_others_can_write_is_not_used(
         read_part(BRACKET)
 
 
-def test_old_entries_are_removed(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
-    monkeypatch.setattr(part_cache, "_MOST_ENTRIES", 1)
+@pytest.mark.parametrize("limit", ["_MOST_ENTRIES", "_MOST_BYTES"])
+def test_old_entries_are_removed(limit: str, monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    monkeypatch.setattr(part_cache, limit, 1)
     part = read_part(BRACKET)
     assert len(part.cloud.points) > 0
     (entry,) = folder.glob("part-*.npz")
