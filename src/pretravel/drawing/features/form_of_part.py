@@ -22,7 +22,7 @@ UNSEEN = 1.0 * MICROMETRE
 touches. That of a face that was milled or ground; a bow of 3 µm has 0.9 µm. [mm]"""
 _RARE = 0.01  # probability that noise alone is taken for form
 _PERFECT = 0.1
-"""Probability, before the touches, that a surface has no form beside the errors: a lapped one. What
+"""Probability, before the touches, that a surface has no form at all: a lapped one. What
 is turned, milled, bored or ground is off by 0.1 to 10 µm."""
 _SMOOTH = 0.5  # that a form is of one of the families, alone or …
 _BOTH = 0.4  # … together with roughness
