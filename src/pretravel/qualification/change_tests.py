@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import DEGREE, FloatArray, PretravelError, probe_rotation
-from pretravel.maps import Observation, PretravelMap, Scatter, error_of_a_turn
+from pretravel.maps import Observation, PretravelMap, Scatter
 from pretravel.qualification.touch_noise import TouchNoise, fixed_part, touch_noise
 
 _RESOLUTION = 2e-5
@@ -153,11 +153,6 @@ class ChangeTests:
     turn: Change
     largest: float
     differences: FloatArray
-
-
-_HIDDEN = 0.2
-"""Share of a turn's pattern that a shift leaves: spread directions leave 0.6 to 1, four
-azimuths at 90° less than 0.001."""
 
 
 def touches_and_map(
@@ -359,34 +354,6 @@ def _spread_of_statistic(compared: TouchesAndMap, freedom: float) -> tuple[float
     if math.isfinite(compared.scatter_of_map.dof):
         relative += 2.0 * (1.0 - share) ** 2 / compared.scatter_of_map.dof
     return spread, 2.0 / relative if relative > 0.0 else math.inf
-
-
-def turn_is_hidden(
-    compared: TouchesAndMap, pretravel_map: PretravelMap, false_alarm_rate: float
-) -> bool:
-    """Whether the directions hide another orientation of the lobes, by a shift of the centre.
-
-    Four azimuths at 90° have three lobes as they have a shift: a probe turned by 60° fits them as
-    well, and so does one whose lobes have vanished. The noise alone is no reason: more touches in
-    these directions would not help.
-
-    Parameters
-    ----------
-    compared : TouchesAndMap
-    pretravel_map : PretravelMap
-    false_alarm_rate : float
-        Of all tests together.
-    """
-    if error_of_a_turn(pretravel_map) == 0.0:
-        return False
-    seen, axes = compared.observation, compared.observation.axes
-    root = np.asarray(np.linalg.cholesky(compared.covariance), dtype=np.float64)
-    shift = np.linalg.solve(root, compared.design[:, :axes])
-    y = np.linalg.solve(root, turned_value(seen, pretravel_map, math.pi) - compared.value)
-    left = y - shift @ np.linalg.lstsq(shift, y, rcond=None)[0]
-    found, whole = float(left @ left), float(y @ y)
-    limit = _noncentrality(len(y) - axes, false_alarm_rate / _TESTS)
-    return found < limit and found < _HIDDEN * whole
 
 
 def _test_of_form(

@@ -32,7 +32,6 @@ from pretravel.qualification.change_tests import (
     TouchesAndMap,
     changes_of,
     touches_and_map,
-    turn_is_hidden,
 )
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.observe import observe
@@ -91,8 +90,6 @@ class Verification:
     warnings : tuple of str
     touches_digest : str
         See `Touches.digest`.
-    turn_hidden : bool
-        No change was found, and these directions would not show a turned probe or other lobes.
     """
 
     changed: bool
@@ -116,7 +113,6 @@ class Verification:
     touches: int
     warnings: tuple[str, ...]
     touches_digest: str = ""
-    turn_hidden: bool = False
 
 
 def verify(
@@ -173,9 +169,6 @@ def verify(
     warnings = compared.feed_warnings
     warnings += tuple(own_touches_warnings(touches, pretravel_map, consequence))
     warnings += compared.machine_warnings
-    hidden = not tests.changed and turn_is_hidden(compared.kept, pretravel_map, false_alarm_rate)
-    if hidden:
-        warnings = (_HIDDEN_TURN, *warnings)
     result = _result(
         compared.kept,
         tests,
@@ -185,14 +178,7 @@ def verify(
         touches=len(touches),
         warnings=(*warnings, *_gross_warnings(gross, tests.changed, with_gross)),
     )
-    return replace(result, touches_digest=touches.digest, turn_hidden=hidden)
-
-
-_HIDDEN_TURN = (
-    "in these directions three lobes look like a shift of the reference: a probe that has turned, "
-    "or whose lobes have changed, would not be noticed. Touch the directions of a plan, or eight "
-    "around the axis"
-)
+    return replace(result, touches_digest=touches.digest)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
@@ -113,24 +113,6 @@ class TestWhatIsSeen:
         assert result.p_form > 0.01
         assert result.turn.detectable == np.inf
         assert check(touches(21, size=0.004).take(few)).changed
-
-
-@pytest.mark.parametrize(("azimuths", "hidden"), [(4, True), (5, False), (8, False)])
-def test_directions_that_hide_a_turn_are_named(azimuths: int, hidden: bool) -> None:
-    """cos 3φ at four azimuths 90° apart is as cos φ: a shift of the centre."""
-    around = 0.3 + 2.0 * np.pi * np.arange(azimuths) / azimuths
-    n = np.vstack([from_angles(polar * DEGREE, around) for polar in (45.0, 90.0)])
-    n = np.vstack([[[0.0, 0.0, 1.0]], n])
-    turned = n @ probe_rotation(rotation=-60.0 * DEGREE).T
-    said = {}
-    for name, seen in (("same", n), ("turned", turned)):
-        pretravel = predict(load_probe("omp40-2-100mm"), seen).pretravel
-        new = Touches(n * (15.5 - pretravel)[:, None], n, feeds=np.full(len(n), 50.0))
-        said[name] = check(new)
-    assert not said["same"].changed
-    assert said["turned"].changed != hidden
-    assert said["same"].turn_hidden == hidden
-    assert any("three lobes look like" in w for w in said["same"].warnings) == hidden
 
 
 class TestRefused:

@@ -56,12 +56,6 @@ def verification_document(
     Document
     """
     verdict = "CHANGED" if result.changed else "no change found"
-    judgement = Judgement("good", "No change found")
-    if result.changed:
-        judgement = Judgement("bad", "Changed")
-    elif result.turn_hidden:
-        verdict = "A TURN OF THE PROBE WAS NOT TESTED; no other change found"
-        judgement = Judgement("caution", "A turn is not tested")
 
     def drawn() -> View:
         from pretravel.tasks.verify.picture import verification_view
@@ -74,7 +68,9 @@ def verification_document(
         verdict=f"{verdict} since the qualification: {result.touches} touches in "
         f"{len(result.directions)} directions, false-alarm rate "
         f"{100.0 * result.false_alarm_rate:g} %",
-        judgement=judgement,
+        judgement=Judgement("bad", "Changed")
+        if result.changed
+        else Judgement("good", "No change found"),
         figures=(
             *_cause_figures(result),
             *_change_figures(result),

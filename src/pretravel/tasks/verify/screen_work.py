@@ -153,8 +153,6 @@ def _judgement(made: VerifiedProbe) -> Judgement:
 
     if made.verification.changed:
         return Judgement("bad", "Changed: qualify again")
-    if made.verification.turn_hidden:
-        return Judgement("caution", "A turn is not tested: touch other directions")
     touches = made.readings.in_machine_axes().touches
     if own_touches_warnings(touches, read_map(made.task.map_file), ""):
         return Judgement("caution", "Doubtful: touches of the map are among these")

@@ -40,8 +40,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
     The exit code is also 3 if nothing could be tested: the probing program did not run to its end,
-    the map was made from these touches, the history already contains them, or the directions hide
-    a turn of the probe.
+    the map was made from these touches, or the history already contains them.
 
     The old map is kept unless --accept names a new one.
     """
@@ -147,8 +146,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
                     decision=self.decision,
                 )
         entries = () if self.history is None else tuple(read_history(self.history))
-        answer = ANSWER if result.changed or result.turn_hidden else 0
-        return VerifiedProbe(self, readings, result, entries, answer)
+        return VerifiedProbe(self, readings, result, entries, ANSWER if result.changed else 0)
 
     @property
     def decision(self) -> str:
@@ -168,7 +166,7 @@ class VerifiedProbe(Result):
     entries : tuple of Entry
         The history of the probe.
     exit_code : int
-        `ANSWER` where the probe has changed, or a turn of it is hidden.
+        `ANSWER` where the probe has changed.
     """
 
     task: Verify
