@@ -89,7 +89,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         Literal["gaussian", "outside"],
         Field(
             help="How datums are fitted. gaussian: least squares of all touches. outside: from "
-            "outside the material (ISO 5459): tangent planes, inscribed bores and circumscribed "
+            "outside the material (ISO 5459): tangent planes (association = \"tangent\" in measure), inscribed bores and circumscribed "
             "bosses, which rest on a few touches.",
             label="Datums are associated",
             words={
@@ -126,7 +126,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     output: Annotated[
         Path | None,
         output(
-            "Placement with its uncertainty, for --place: .json; or a page, .html or .pdf.",
+            "Placement with its uncertainty, for compensate --place: .json; or a page, .html or .pdf.",
             ".json",
             *PAGES,
         ),
