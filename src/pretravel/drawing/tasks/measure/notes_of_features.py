@@ -98,10 +98,10 @@ def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
         "points"
     )
     one_sided = (
-        "the noise of the points moves an inscribed, circumscribed or tangent feature to one side. On a perfect surface the "
-        f"noise makes a range {amount}. A zone is too wide by about this range, an inscribed "
-        "diameter too small and a circumscribed diameter too large by up to this range, a tangent "
-        "plane or line too far outside by up to half of it. The result is not corrected for this, "
+        "the noise of the points moves an inscribed, circumscribed or tangent feature to one side. "
+        f"On a perfect surface the noise makes a range {amount}. A zone is too wide by about this "
+        "range, an inscribed diameter too small and a circumscribed diameter too large by up to "
+        "this range, a tangent plane or line too far outside by up to half of it. The result is not corrected for this, "
         "and u does not contain it"
     )
     return [on_points, one_sided, _FORM_BESIDE]
@@ -125,8 +125,9 @@ def extreme_warning(features: Sequence[MeasuredFeature]) -> str:
     noise = _noise_text(features)
     amount = f"up to about {noise}" if noise else "an amount that is not known here"
     return (
-        f"{', '.join(map(shown_name, features))}: the noise of the points moves an "
-        f"inscribed, circumscribed or tangent feature to one side, by {amount}; a verdict on its size or position does not contain this"
+        f"{', '.join(map(shown_name, features))}: the noise of the points moves an inscribed, "
+        f"circumscribed or tangent feature to one side, by {amount}; a verdict on its size or "
+        "position does not contain this"
     )
 
 
