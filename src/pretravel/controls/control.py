@@ -172,20 +172,27 @@ def table_or_formula(
     """What the settings ask for; auto: a table, where it is as fine as they or the map's u ask."""
     if settings.form == "formula":
         return own_formula(pretravel_map)
-    allowed = tolerance = settings.largest_deviation
+    tolerance = settings.largest_deviation
     formula = None if settings.form == "table" else exact_lookup(pretravel_map)
     if formula is None:
         return lookup_table(pretravel_map, tolerance=tolerance, most_values=most_values)
-    if settings.tolerance is None:
-        u = over_support(pretravel_map)[2]
-        allowed = max(allowed, 0.5 * math.sqrt(float(np.mean(u**2))))
+    allowed = _allowed_deviation(pretravel_map, settings)
     table = lookup_table_within(
         pretravel_map, tolerance=tolerance, most_values=most_values, allowed=allowed
     )
     return table or formula
 
 
+def _allowed_deviation(pretravel_map: PretravelMap, settings: ExportSettings) -> float:
+    """Of a table from its map: the tolerance, or half of the map's u where none is given. [mm]"""
+    if settings.form != "auto" or settings.tolerance is not None:
+        return settings.largest_deviation
+    u = over_support(pretravel_map)[2]
+    return max(settings.largest_deviation, 0.5 * math.sqrt(float(np.mean(u**2))))
+
+
 def files_of_form(
+    pretravel_map: PretravelMap,
     texts: Mapping[str, str],
     form: LookupTable | LookupSeries | LookupSeats,
     settings: ExportSettings,
@@ -195,7 +202,7 @@ def files_of_form(
     remarks = _remarks(list(texts.values())[-1])
     warnings: tuple[str, ...] = ()
     if isinstance(form, LookupTable):
-        warnings = coarse_table_warnings(form, settings.largest_deviation)
+        warnings = coarse_table_warnings(pretravel_map, form, settings)
     return ExportedFiles(texts, obsolete, remarks, warnings, form)
 
 
@@ -209,13 +216,18 @@ def _remarks(text: str) -> tuple[str, ...]:
     return tuple(line for line in first if line.startswith(("(", ";")))
 
 
-def coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, ...]:
-    """A warning where a table deviates from its map by more than the tolerance. [mm]"""
-    if table.largest_error <= tolerance:
+def coarse_table_warnings(
+    pretravel_map: PretravelMap, table: LookupTable, settings: ExportSettings
+) -> tuple[str, ...]:
+    """A warning where a table deviates from its map by more than the settings allow."""
+    allowed = _allowed_deviation(pretravel_map, settings)
+    if table.largest_error <= allowed:
         return ()
     warning = (
         f"the table deviates from the map by up to {table.largest_error / MICROMETRE:.3f} µm, more "
-        f"than the tolerance of {tolerance / MICROMETRE:g} µm: there are too few variables for a "
-        "finer table. If the map has a formula, the form 'formula' needs no table"
+        f"than the {allowed / MICROMETRE:.2g} µm that are allowed: there are too few variables for "
+        "a finer table"
     )
+    if exact_lookup(pretravel_map) is not None:
+        warning += ". The formula of the map is exact and needs no table (--form formula)"
     return (warning,)

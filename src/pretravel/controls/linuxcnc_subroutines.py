@@ -151,7 +151,7 @@ def exported(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedF
     return ExportedFiles(
         subroutines(pretravel_map, table),
         remarks=(describe_form(table),),
-        warnings=coarse_table_warnings(table, settings.largest_deviation),
+        warnings=coarse_table_warnings(pretravel_map, table, settings),
         form=table,
     )
 

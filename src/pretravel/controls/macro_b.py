@@ -237,7 +237,7 @@ def macro_b_control(dialect: MacroDialect, base: str) -> Control:
             texts = macro_programs(pretravel_map, form, settings.table, dialect=dialect)
         else:
             texts = macro_formula(pretravel_map, form, settings.table, dialect=dialect)
-        return files_of_form(texts, form, settings)
+        return files_of_form(pretravel_map, texts, form, settings)
 
     return Control(
         files,

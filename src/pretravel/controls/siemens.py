@@ -94,9 +94,10 @@ def _weights(share: str) -> list[str]:
 def _siemens(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
     form = table_or_formula(pretravel_map, settings, MOST_SIEMENS_VALUES)
     if isinstance(form, LookupTable):
-        return files_of_form(siemens_cycle(pretravel_map, form, settings.table), form, settings)
+        texts = siemens_cycle(pretravel_map, form, settings.table)
+        return files_of_form(pretravel_map, texts, form, settings)
     texts = siemens_formula(pretravel_map, form, settings.table)
-    return files_of_form(texts, form, settings, obsolete=("PRETRAVEL_TABLE.SPF",))
+    return files_of_form(pretravel_map, texts, form, settings, obsolete=("PRETRAVEL_TABLE.SPF",))
 
 
 TO_SIEMENS = Control(

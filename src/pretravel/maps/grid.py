@@ -31,7 +31,7 @@ def map_grid(
         [deg]
     least_rest : float
         The largest polar angle of the map is a row of its own where it lies this much beyond the
-        last step. [deg]
+        last step; a step that lies less beyond this angle takes its place. [deg]
 
     Returns
     -------
@@ -41,7 +41,7 @@ def map_grid(
     """
     largest = math.degrees(float(polar_angle(pretravel_map.support.nodes).max()))
     largest = min(largest, 165.0)
-    polar = np.arange(0.0, largest + 1e-9, polar_step)
+    polar = np.arange(0.0, largest + max(least_rest, 1e-9), polar_step)
     if largest - polar[-1] > least_rest:
         polar = np.append(polar, largest)
     azimuth = np.arange(0.0, 360.0, azimuth_step)

@@ -16,7 +16,7 @@ _RESOLUTION = 2e-5
 MOST_VERIFIED = 2000
 """With more directions the covariances of all their pairs need more than a gigabyte."""
 _TURN = 0.5 * DEGREE
-_TESTS = 3
+TESTS = 3
 _POWER = 0.95
 _DISTINCT = 1e-4
 """Changes that are more alike than this are not separated."""
@@ -309,7 +309,7 @@ def changes_of(compared: TouchesAndMap, false_alarm_rate: float) -> ChangeTests:
     -------
     ChangeTests
     """
-    rate = false_alarm_rate / _TESTS
+    rate = false_alarm_rate / TESTS
     root = np.asarray(np.linalg.cholesky(compared.covariance), dtype=np.float64)
     design = np.linalg.solve(root, compared.design)
     y = np.linalg.solve(root, compared.differences)
@@ -371,7 +371,7 @@ def _test_of_form(
         raw = np.linalg.solve(c, gain @ compared.raw_covariance @ gain.T)
         c = c * max(float(np.trace(raw)) / len(b), 1.0)
     p_form = _p_value(float(b @ np.linalg.solve(c, b)) / len(b), float(len(b)), dof)
-    detectable = _noncentrality(len(b), rate)
+    detectable = noncentrality(len(b), rate)
     changes = [Change(0.0, math.inf, math.inf)] * 3
     for i, column in enumerate(usable):
         changes[column - axes] = Change(
@@ -415,7 +415,7 @@ def _p_value(ratio: float, freedom: float, dof: float) -> float:
     return float(chdtrc(freedom, ratio * freedom))
 
 
-def _noncentrality(freedom: int, rate: float) -> float:
+def noncentrality(freedom: int, rate: float) -> float:
     """Of the chi-square that is above its limit with 95 % probability."""
     from scipy.special import chdtri, chndtrinc
 

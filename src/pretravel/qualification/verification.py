@@ -37,6 +37,7 @@ from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, median_of_groups
 from pretravel.qualification.own_touches import own_touches_warnings
+from pretravel.qualification.unseen_turn import UnseenTurn, unseen_turn
 from pretravel.touches import (
     Touches,
     TouchesLike,
@@ -90,6 +91,8 @@ class Verification:
     warnings : tuple of str
     touches_digest : str
         See `Touches.digest`.
+    unseen_turn : UnseenTurn, optional
+        Where nothing changed: a turn of the probe that these directions cannot show.
     """
 
     changed: bool
@@ -113,6 +116,7 @@ class Verification:
     touches: int
     warnings: tuple[str, ...]
     touches_digest: str = ""
+    unseen_turn: UnseenTurn | None = None
 
 
 def verify(
@@ -169,6 +173,7 @@ def verify(
     warnings = compared.feed_warnings
     warnings += tuple(own_touches_warnings(touches, pretravel_map, consequence))
     warnings += compared.machine_warnings
+    unseen = None if tests.changed else unseen_turn(compared.kept, pretravel_map, false_alarm_rate)
     result = _result(
         compared.kept,
         tests,
@@ -178,7 +183,7 @@ def verify(
         touches=len(touches),
         warnings=(*warnings, *_gross_warnings(gross, tests.changed, with_gross)),
     )
-    return replace(result, touches_digest=touches.digest)
+    return replace(result, touches_digest=touches.digest, unseen_turn=unseen)
 
 
 @dataclass(frozen=True, eq=False)

@@ -336,7 +336,8 @@ def test_the_inscribed_circle_of_a_dented_bore(points_file: Path, tmp_path: Path
                                  "-o", out, code=3)  # fmt: skip
     assert shown.startswith("bore1* (inscribed), 11 points: does not conform")
     named = (
-        "bore1* (inscribed): the noise of the points moves an extreme feature to one side, by up"
+        "bore1* (inscribed): the noise of the points moves an inscribed, circumscribed or tangent "
+        "feature to one side, by up"
     )
     assert f"{named} to about " in " ".join(warned.split())
     run(*command, "--association", "inscribed", "--u-machine", 1, "-o", values, code=3)

@@ -138,7 +138,7 @@ class TestControls:
         coarse, asked = _exported(monkeypatch, name, base=base, tolerance=4e-4)
         assert asked["tolerance"] == 4e-4
         (warned,) = coarse.warnings
-        assert "by up to 0.500 µm, more than the tolerance of 0.4 µm" in warned
+        assert "by up to 0.500 µm, more than the 0.4 µm that are allowed" in warned
 
     @pytest.mark.parametrize("name", ["fanuc", "haas", "siemens"])
     def test_a_table_is_written_where_it_is_fine_enough(

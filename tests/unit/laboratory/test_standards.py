@@ -224,7 +224,10 @@ class TestMeasuringMachines:
         assert forms[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
         assert check.figures[0].value == forms[2] > 1.5 * UM
         assert check.figures[1].value == pytest.approx(-4.0 * UM, rel=1e-6)
-        assert "there are 3 runs of 25 touches; the worst of them is reported" in check.notes
+        assert (
+            "there are 3 runs of 25 touches: the largest value of each figure is reported"
+            in check.notes
+        )
 
     @pytest.mark.parametrize(("off", "refused"), [(0.49, 0), (0.51, 1), (-0.49, 0), (-0.51, 1)])
     def test_a_size_error_of_half_a_millimetre_is_none(self, off: float, refused: int) -> None:

@@ -168,6 +168,49 @@ def test_a_verification_states_what_its_tests_found() -> None:
     assert single.repeatability_dof == 0.0
 
 
+def _pole_and_equator(count: int) -> np.ndarray:
+    azimuth = np.arange(count) * 2.0 * np.pi / count + 0.3
+    equator = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(count)], axis=1)
+    return np.concatenate([[[0.0, 0.0, 1.0]], equator])
+
+
+def test_a_turn_that_four_azimuths_cannot_show_is_no_unchanged_probe(tmp_path: Path) -> None:
+    """Touches of a probe turned by half a lobe: at every 90° three lobes are a shifted centre.
+
+    With eight azimuths the same turn is found, and the size beside it is not given: the map's
+    slope, of which size and amplitude are taken, does not reach over half a lobe.
+    """
+    write_map(tmp_path / "map.json", lobed_map())
+    common = "--map", tmp_path / "map.json", "--diameter", 25
+    for count, seen in ((4, False), (8, True)):
+        normals = _pole_and_equator(count)
+        given = lobed_touches(3, normals)
+        still = verify(given, lobed_map(), 25.0)
+        assert not still.changed
+        assert (still.unseen_turn is None) is seen
+        distance = lobed_touches(3, normals @ probe_rotation(rotation=-60.0 * DEGREE))
+        radius = np.linalg.norm(distance.positions - [5.0, -7.0, 9.0], axis=1)
+        turned = replace(given, positions=normals * radius[:, None] + [5.0, -7.0, 9.0])
+        write_touches(tmp_path / "turned.csv", turned)
+        told = " ".join(run("verify", tmp_path / "turned.csv", *common, code=3).split())
+        assert told.startswith(
+            "CHANGED" if seen else "no change found since the qualification, BUT"
+        )
+        assert ("size, amplitude cannot be determined beside so large a turn" in told) is seen
+        if still.unseen_turn is not None:
+            angle, change = still.unseen_turn.angle, still.unseen_turn.change
+            assert angle == pytest.approx(60.0 * DEGREE)
+            lobes = 2.0 * math.hypot(1.5, 0.8) * math.sqrt(35.0 / 8.0) * UM
+            assert change == pytest.approx(lobes, rel=0.05)
+
+
+def test_a_turn_of_a_map_without_lobes_needs_no_azimuths() -> None:
+    flat = lobed_map(coefficients=np.array([10.0, -2.0, 0.05, 0.0]) * UM)
+    normals = _pole_and_equator(4)
+    distance = 15.5 - flat.pretravel(normals)
+    assert verify(Touches(normals * distance[:, None], normals), flat, 25.0).unseen_turn is None
+
+
 @pytest.mark.parametrize(("step", "matters"), [(1.0, True), (0.1, True), (0.05, False)])
 def test_a_step_matters_from_three_tenths_of_the_repeatability(step: float, matters: bool) -> None:
     given = lobed_touches(2)

@@ -48,12 +48,12 @@ PATTERN_TOLERANCE = 10.0 * DEGREE
 _LARGEST_SIZE_ERROR = 0.5  # mm
 _SPHERE_DIAMETERS = (10.0, 50.0)  # mm
 _READINGS = {
-    False: "the touches follow one of the two readings of the standard's pattern, which are both "
-    "accepted: every second ring is turned by 22.5°, so that the rings at 22.5° and 67.5° begin at "
+    False: "the standard's pattern can be understood in two ways; both are accepted. In these "
+    "touches every second ring is turned by 22.5°, so that the rings at 22.5° and 67.5° begin at "
     "the same azimuth",
-    True: "the touches follow one of the two readings of the standard's pattern, which are both "
-    "accepted: each ring is turned by 22.5° further than the ring before (read cumulatively), so "
-    "that the ring at 67.5° begins 45° after the ring at 22.5°",
+    True: "the standard's pattern can be understood in two ways; both are accepted. In these "
+    "touches each ring is turned by 22.5° further than the ring before (cumulatively), so that "
+    "the ring at 67.5° begins 45° after the ring at 22.5°",
 }
 """What the touches follow, by whether the pattern is read cumulatively."""
 
@@ -149,7 +149,10 @@ def check_iso10360_5(
     )
     figures, notes = [form], [reading]
     if len(fits) > 1:
-        notes.append(f"there are {len(fits)} runs of 25 touches; the worst of them is reported")
+        notes.append(
+            f"there are {len(fits)} runs of 25 touches: the largest value of each figure is "
+            "reported"
+        )
     if tip_diameter is not None or pretravel_map is not None:
         figures.append(_size_figure(fits, sphere, given.get("size")))
     else:

@@ -166,8 +166,10 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
             ),
             title="Deviation from nominal before and after, which contains the form of the part"
             if nominal
-            else "Errors that simpler corrections would leave, according to the map",
-            explanation="Along the normal, positive outside; spread is the standard deviation. "
+            else "Errors that simpler corrections would leave, according to the map (along the "
+            "normal, positive out of the material)",
+            explanation="Along the normal, positive out of the material; spread is the standard "
+            "deviation. "
             + ("What the map leaves is the part's own deviation, apart from u. " if nominal else "")
             + "Tip radius alone: the reading (spindle point) less the tip radius, uncompensated. "
             "One radius, best for these points: the same with the radius that fits them best "

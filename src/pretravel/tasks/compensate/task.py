@@ -39,7 +39,10 @@ if TYPE_CHECKING:
     from pretravel.surface import Part, Surface
     from pretravel.touches import Touches
 _LOG = logging.getLogger(__name__)
-_NORMALS_TAKEN = "the touches have no normals: the normals of the {} are used, also as approaches"
+_NORMALS_TAKEN = (
+    "the touches have no normals: the normals of the {} are used, and the travel is taken as "
+    "opposite to them"
+)
 _SURFACE, _NAMED = "surface", 8
 _OTHER_SURFACE = 20.0
 """Median angle from which the stated normals are those of another surface: a bore whose expected

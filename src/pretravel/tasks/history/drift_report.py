@@ -160,7 +160,7 @@ def drift_verdict(drift: DriftOverTime) -> str:
     _, early = drift.first_due(early=True)
     on = f"on {_date(drift.moment(early))}"
     before = f"at the earliest {on} (95 %{_sooner(drift)})"
-    if early <= drift.times[-1]:
+    if _over(drift, early):
         before = f"and may be beyond {limit} already (more than 5 % probable)"
     if due is not None and time <= drift.times[-1]:
         moved = f"{due.quantity.name} has probably changed the map by more than {limit}"
@@ -180,7 +180,7 @@ def drift_verdict(drift: DriftOverTime) -> str:
         return f"{after}no steady drift is detected; {moved}, and {reach}"
     if not math.isfinite(early):
         return f"{after}no drift is detected"
-    if early <= drift.times[-1]:
+    if _over(drift, early):
         count = len(drift.times) - drift.starts[-1]
         return (
             f"{after}no drift is detected. The map may already have changed by more than {limit} "
@@ -191,6 +191,14 @@ def drift_verdict(drift: DriftOverTime) -> str:
         f"{after}no drift is detected; a drift too small to be detected in these days could reach "
         f"{limit} {on} at the earliest (95 %{_sooner(drift)})"
     )
+
+
+def _over(drift: DriftOverTime, time: float) -> bool:
+    """Whether a time is before the end of the last recorded day."""
+    if time <= drift.times[-1]:
+        return True
+    moment = drift.moment(time)
+    return moment is not None and moment.date() == drift.moments[-1].date()
 
 
 def _last_day_words(drift: DriftOverTime) -> str:
@@ -231,7 +239,7 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         KeyFigure(
             f"trend of {one.quantity.name}", one.course.slope, f"{one.quantity.unit}/day",
             Digits(3, significant=True, signed=True), one.course.u_slope, "", significant(2),
-            remark=_kind_words(one),
+            remark=f"{_MEANING.get(one.quantity.name, '')}{_kind_words(one)}",
         )
         for one in drift.last
     ]  # fmt: skip
@@ -243,11 +251,19 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         found.append(KeyFigure("due date", _date(drift.moment(time)), remark=remark))
     if first is not None:
         remark = first.quantity.name + ("; far beyond the recorded days" if early > far else "")
-        if early <= drift.times[-1]:
-            remark += "; on the last day a change beyond the limit is not excluded"
-        remark += _sooner(drift)
-        found.append(KeyFigure("earliest date (95 %)", _date(drift.moment(early)), remark=remark))
+        over = _over(drift, early)
+        remark += "" if over else _sooner(drift)
+        date = "already possible" if over else _date(drift.moment(early))
+        found.append(KeyFigure("earliest date (95 %)", date, remark=remark))
     return tuple(found)
+
+
+_MEANING = {
+    "size": "of the mean pretravel; ",
+    "amplitude": "of the map's variation over the directions; ",
+    "turn": "of the map about the probe axis; ",
+    "form": "of the remaining differences from the map, beyond the noise; ",
+}
 
 
 def _kind_words(one: QuantityCourse) -> str:

@@ -128,8 +128,9 @@ class History(
         float | None,
         Field(
             help="Allowed change of the map, in µm: a new qualification is due when the drift "
-            "exceeds it; default: twice the rms u of the map; of a history file "
-            "twice the median u of the size.",
+            "exceeds it. Amplitude and turn count by the largest change of the map that they "
+            "cause. Default: twice the rms u of the map; of a history file twice the median u of "
+            "the size.",
             range=(0.001, 1000.0),
         ),
     ] = None

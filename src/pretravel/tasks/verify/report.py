@@ -56,6 +56,7 @@ def verification_document(
     Document
     """
     verdict = "CHANGED" if result.changed else "no change found"
+    unseen = _unseen_warnings(result)
 
     def drawn() -> View:
         from pretravel.tasks.verify.picture import verification_view
@@ -65,12 +66,11 @@ def verification_document(
     keep = decision == "kept" and result.changed
     return Document(
         title=title,
-        verdict=f"{verdict} since the qualification: {result.touches} touches in "
+        verdict=f"{verdict} since the qualification{_UNSEEN if unseen else ''}: "
+        f"{result.touches} touches in "
         f"{len(result.directions)} directions, false-alarm rate "
         f"{100.0 * result.false_alarm_rate:g} %",
-        judgement=Judgement("bad", "Changed")
-        if result.changed
-        else Judgement("good", "No change found"),
+        judgement=verification_judgement(result),
         figures=(
             *_cause_figures(result),
             *_change_figures(result),
@@ -81,11 +81,44 @@ def verification_document(
             Picture("Differences, and the control chart" if entries else "Differences", drawn),
         ),
         notes=_NOTES if keep else (),
-        warnings=(*warnings, *result.warnings),
+        warnings=(*unseen, *warnings, *result.warnings),
         data=_data(result, decision),
     )
 
 
+def verification_judgement(result: Verification) -> Judgement:
+    """Whether the probe has changed, in a word.
+
+    Parameters
+    ----------
+    result : Verification
+    """
+    if result.changed:
+        return Judgement("bad", "Changed")
+    if result.unseen_turn is not None:
+        return Judgement("caution", "Not decided: a turn would not be seen")
+    return Judgement("good", "No change found")
+
+
+def _unseen_warnings(result: Verification) -> tuple[str, ...]:
+    if result.unseen_turn is None:
+        return ()
+    change = value_text(result.unseen_turn.change / MICROMETRE, "µm", decimals(1))
+    return (
+        (
+            "in these directions a turn of the probe looks like a shift of the sphere, although a "
+            f"turn of {result.unseen_turn.angle / DEGREE:.0f}° changes the map by up to {change}. "
+            "Touch the directions of pretravel plan-touches, or eight or more around the probe axis"
+        ),
+    )
+
+
+_UNSEEN = ", BUT A TURN OF THE PROBE CANNOT BE SEEN"
+_LARGE_TURN = 10.0 * DEGREE
+"""Beyond it the lobes of a map are no longer its slope times the turn."""
+_LIKELY = 0.5
+_NOT_SEPARATED = 2.0
+"""An amplitude that could change by so much unseen follows from size and centre alone."""
 _FEWER = 0.95
 """Share of the degrees of freedom below which a report gives the reason."""
 _TESTS = 3
@@ -164,10 +197,21 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
             remark=f"{what}; a change of {limit} would be detected in 95 % of cases",
         )  # fmt: skip
 
-    return (
+    turn = figure("turn", "about the axis", result.turn, "°", DEGREE)
+    if result.unseen_turn is not None:
+        turn = KeyFigure("turn", "cannot be determined in these directions")
+    others: tuple[KeyFigure, ...] = (
         figure("size", "mean pretravel", result.size, "µm", MICROMETRE),
         figure("amplitude", "variation of the map about its mean", result.amplitude, "%", 0.01),
-        figure("turn", "about the axis", result.turn, "°", DEGREE),
+    )
+    if math.isfinite(result.amplitude.u) and result.amplitude.detectable > _NOT_SEPARATED:
+        others = (KeyFigure("size, amplitude", "cannot be separated in these directions"),)
+    turned = any(each.name == Cause.TURNED and each.probability > _LIKELY for each in result.causes)
+    if turned and abs(result.turn.value) > _LARGE_TURN:
+        others = (KeyFigure("size, amplitude", "cannot be determined beside so large a turn"),)
+    return (
+        *others,
+        turn,
         KeyFigure(
             "largest difference",
             result.largest / MICROMETRE,

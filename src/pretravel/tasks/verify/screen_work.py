@@ -150,13 +150,14 @@ def _document(made: VerifiedProbe, entries: tuple[Entry, ...]) -> Document:
 def _judgement(made: VerifiedProbe) -> Judgement:
     from pretravel.files import read_map
     from pretravel.qualification import own_touches_warnings
+    from pretravel.tasks.verify.report import verification_judgement
 
     if made.verification.changed:
         return Judgement("bad", "Changed: qualify again")
     touches = made.readings.in_machine_axes().touches
     if own_touches_warnings(touches, read_map(made.task.map_file), ""):
         return Judgement("caution", "Doubtful: touches of the map are among these")
-    return Judgement("good", "No change found")
+    return verification_judgement(made.verification)
 
 
 _OF_TODAY = ("likely cause", "size")

@@ -39,8 +39,9 @@ _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
-    The exit code is also 3 if nothing could be tested: the probing program did not run to its end,
-    the map was made from these touches, or the history already contains them.
+    The exit code is also 3 if the touches are in directions that cannot show a turn of the probe,
+    or if nothing could be tested: the probing program did not run to its end, the map was made from
+    these touches, or the history already contains them.
 
     The old map is kept unless --accept names a new one.
     """
@@ -145,8 +146,9 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
                     touches_name=self.touches_name,
                     decision=self.decision,
                 )
+        unsure = result.changed or result.unseen_turn is not None
         entries = () if self.history is None else tuple(read_history(self.history))
-        return VerifiedProbe(self, readings, result, entries, ANSWER if result.changed else 0)
+        return VerifiedProbe(self, readings, result, entries, ANSWER if unsure else 0)
 
     @property
     def decision(self) -> str:
@@ -166,7 +168,7 @@ class VerifiedProbe(Result):
     entries : tuple of Entry
         The history of the probe.
     exit_code : int
-        `ANSWER` where the probe has changed.
+        `ANSWER` where the probe has changed, or a turn of it could not be seen.
     """
 
     task: Verify

@@ -1,7 +1,7 @@
 %
 O{{ second }} (PRETRAVEL LOOKUP)
 {% include "macro_b/head.nc" %}
-(NEEDS THE TABLE OF O{{ first }} IN #{{ base }} TO #{{ base + table.values|length }})
+(RUN O{{ first }} ONCE FIRST. ITS TABLE IS IN #{{ base }} TO #{{ base + table.values|length }})
 (CALL G65 P{{ call }} I1. J0. K0. - THE NORMAL, IN THE ORDER I J K, WITH DECIMAL POINTS)
 (RESULT #100 = PRETRAVEL ALONG THE NORMAL, IN {{ units|upper }})
 (SURFACE POINT = CENTRE OF THE TIP AT THE TRIGGER - E * NORMAL)

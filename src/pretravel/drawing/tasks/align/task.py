@@ -90,7 +90,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         Field(
             help="How datums are fitted. gaussian: least squares of all touches. outside: from "
             "outside the material (ISO 5459): tangent planes, inscribed bores and circumscribed "
-            "bosses, which rest on a few touches.",
+            "bosses (associations of these names in measure), which rest on a few touches.",
             label="Datums are associated",
             words={
                 "gaussian": "by least squares (Gaussian)",
@@ -126,7 +126,8 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     output: Annotated[
         Path | None,
         output(
-            "Placement with its uncertainty, for --place: .json; or a page, .html or .pdf.",
+            "Placement with its uncertainty, for compensate --place: .json; or a page, .html or "
+            ".pdf.",
             ".json",
             *PAGES,
         ),

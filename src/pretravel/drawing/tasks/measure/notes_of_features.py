@@ -39,8 +39,8 @@ _ASSOCIATION = (
 _FORM_BESIDE = (
     "the form (roundness, flatness, …) is the form of the surface at the touched points, with "
     "bounds for any shape, by the minimum zone if it is given, else from the residuals of least "
-    "squares. The measured range of an extreme feature also contains the noise. Extreme features "
-    "are searched near the least-squares feature; others may exist if the form is large"
+    "squares. The measured range also contains the noise. Inscribed, circumscribed and tangent "
+    "features are searched near the least-squares feature; others may exist if the form is large"
 )
 RULE = "decisions by the default rule of"
 
@@ -98,10 +98,10 @@ def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
         "points"
     )
     one_sided = (
-        "the noise of the points moves an extreme feature to one side. On a perfect surface the "
-        f"noise makes a range {amount}. A zone is too wide by about this range, an inscribed "
-        "diameter too small and a circumscribed diameter too large by up to this range, a tangent "
-        "plane or line too far outside by up to half of it. The result is not corrected for this, "
+        "the noise of the points moves an inscribed, circumscribed or tangent feature to one side. "
+        f"On a perfect surface the noise makes a range {amount}. A zone is too wide by about this "
+        "range, an inscribed diameter too small and a circumscribed diameter too large by up to "
+        "this range, a tangent plane or line too far outside by up to half of it. The result is not corrected for this, "
         "and u does not contain it"
     )
     return [on_points, one_sided, _FORM_BESIDE]
@@ -125,8 +125,9 @@ def extreme_warning(features: Sequence[MeasuredFeature]) -> str:
     noise = _noise_text(features)
     amount = f"up to about {noise}" if noise else "an amount that is not known here"
     return (
-        f"{', '.join(map(shown_name, features))}: the noise of the points moves an extreme feature "
-        f"to one side, by {amount}; a verdict on its size or position does not contain this"
+        f"{', '.join(map(shown_name, features))}: the noise of the points moves an inscribed, "
+        f"circumscribed or tangent feature to one side, by {amount}; a verdict on its size or "
+        "position does not contain this"
     )
 
 

@@ -27,6 +27,7 @@ from pretravel.drawing.tasks.measure.notes_of_features import (
     warnings_of,
 )
 from pretravel.drawing.tasks.measure.tables_of_features import (
+    BOUNDS,
     angles_table,
     budget_section,
     conformity_table,
@@ -176,7 +177,7 @@ def features_summary(
     shown = rows[:_MOST_ROWS]
     given = not any(each.feature.points.state_uncertainty for each in features)
     table = lengths_table([(name, quantity) for name, quantity, _ in shown], "", given=given)
-    columns = [c for c in table.columns if c.name not in ("u", "at least")]
+    columns = [c for c in table.columns if c.name not in ("u", BOUNDS[0])]
     if any(verdict for *_, verdict in shown):
         columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
     left = f"{more} more quantities, positions" if more > 0 else "positions"

@@ -61,6 +61,7 @@ _TILTED = (
     "such "
     "a face around its middle. "
 )
+BOUNDS = ("at least (95 %)", "at most (95 %)")
 TRIALS = "By Monte Carlo"
 """Title of the table of trials."""
 
@@ -100,7 +101,7 @@ def lengths_table(
             Column.of("U (95 %)", expanded, "µm", of_expanded),
             *(
                 Column.of(name, [_end(q, index) for _, q in rows], "mm", in_mm)
-                for index, name in enumerate(("at least", "at most"))
+                for index, name in enumerate(BOUNDS)
                 if any(q.ends and (index or q.ends[0] > 0.0) for _, q in rows)
             ),
         ),

@@ -111,7 +111,7 @@ def _verdict_of_one(inspected: InspectedFeature) -> str:
 def _value_words(quantity: Quantity) -> str:
     """A length with its U, which is 2 u or more."""
     expanded = quantity.expanded_u / MICROMETRE
-    k = f"{quantity.expanded_u / quantity.u:.2g}" if quantity.u > 0.0 else "2"
+    k = f"{quantity.expanded_u / quantity.u:.3g}" if quantity.u > 0.0 else "2"
     return f"{quantity.name} {quantity.value:.5f} mm, U = {expanded:.2f} µm (k = {k})"
 
 

@@ -140,7 +140,7 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
     map_file: Annotated[
         Path | None,
         Field(
-            help="Compensate the touches with this map.",
+            help="Compensate the touches with this map, which gives the diameter of the tip.",
             option="--map",
             reads=True,
             only=_uses("map"),
@@ -427,8 +427,8 @@ class CheckedProbe(Result):
             return ()
         return (
             (
-                "the touches were tested as the machine reports them. With --map, compensated "
-                "points would be tested instead"
+                "the touches were tested as the machine reports them. With --map (without "
+                "--tip-diameter), compensated points would be tested instead"
             ),
         )
 

@@ -1,0 +1,90 @@
+"""A turn of the probe about its axis that touches in few directions cannot show."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.base import DEGREE, FloatArray, probe_rotation
+from pretravel.maps import PretravelMap, over_support
+from pretravel.qualification.change_tests import (
+    TESTS,
+    TouchesAndMap,
+    noncentrality,
+    turned_value,
+)
+
+_ANGLES = np.arange(30.0, 360.0, 30.0) * DEGREE
+_CLEAR = 2.0
+"""A turn matters where it changes the map by so many times what one touch in the best direction
+would show: nine well spread touches always show such a turn."""
+_ALIKE = 0.99
+"""Of the turns that change a map alike, by lobes, the smallest is taken."""
+
+
+@dataclass(frozen=True)
+class UnseenTurn:
+    """The turn that changes a map most, if the touches do not show it.
+
+    Attributes
+    ----------
+    angle : float
+        [rad]
+    change : float
+        Largest change of the map, apart from a shift of the centre. [mm]
+    """
+
+    angle: float
+    change: float
+
+
+def unseen_turn(
+    compared: TouchesAndMap, pretravel_map: PretravelMap, false_alarm_rate: float
+) -> UnseenTurn | None:
+    """The turn that changes the map most, if the test of all directions would rarely detect it.
+
+    Four touches at every 90° take three lobes, in whatever position, for a shifted centre.
+
+    Parameters
+    ----------
+    compared : TouchesAndMap
+    pretravel_map : PretravelMap
+    false_alarm_rate : float
+        Of all tests together.
+
+    Returns
+    -------
+    UnseenTurn or None
+        None also where no turn changes the map by much.
+    """
+    axes, rate = compared.observation.axes, false_alarm_rate / TESTS
+    directions, value, _ = over_support(pretravel_map)
+    changes = np.array(
+        [_change(pretravel_map, directions, value, axes, angle) for angle in _ANGLES]
+    )
+    worst = int(np.argmax(changes > _ALIKE * changes.max()))
+    u_of_direction = math.sqrt(float(np.median(np.diagonal(compared.covariance))))
+    if changes[worst] < _CLEAR * math.sqrt(noncentrality(1, rate)) * u_of_direction:
+        return None
+    angle = float(_ANGLES[worst])
+    seen = turned_value(compared.observation, pretravel_map, angle) - compared.value
+    if seen @ compared.weights @ seen >= noncentrality(len(seen) - axes, rate):
+        return None
+    return UnseenTurn(angle, float(changes[worst]))
+
+
+def _change(
+    pretravel_map: PretravelMap,
+    directions: FloatArray,
+    value: FloatArray,
+    axes: int,
+    angle: float,
+) -> float:
+    """Largest change of the map by a turn, after the best shift of the centre. [mm]"""
+    normals = directions @ probe_rotation(rotation=angle) @ pretravel_map.rotation.T
+    change = pretravel_map.pretravel(normals, extrapolate=True) - value
+    center = directions[:, :axes]
+    change = change - center @ np.linalg.lstsq(center, change, rcond=None)[0]
+    return float(np.max(np.abs(change)))
