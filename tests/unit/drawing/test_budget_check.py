@@ -10,7 +10,7 @@ import pytest
 from scipy.special import erf
 from scipy.stats import t
 
-from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.drawing.tasks.check_budget import CheckBudget
 from pretravel.drawing.tasks.check_budget.budget_check import (
@@ -92,7 +92,7 @@ def test_points_have_the_k_of_their_budget() -> None:
         made.append(qualify(touches, 25.0, tip_diameter=6.0, kind="mean", u_temperature=0.0))
         return made[-1]
 
-    nine = np.repeat(sphere_pattern_25()[::3], 2, axis=0)
+    nine = np.repeat(fibonacci_cap(9), 2, axis=0)
     noise = np.random.default_rng(3).normal(0.0, 3e-3, 18)
     touches = Touches(nine * (15.5 - 0.010 + noise[:, None]), nine)
     points = _named(

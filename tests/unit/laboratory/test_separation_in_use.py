@@ -265,8 +265,8 @@ def test_trials_of_a_bore_are_the_linear_law() -> None:
     """36 points with an own u that differs by direction and one in common: u of the diameter and
     of x by trials against 2 sqrt(Σ u² / n² + common²) and 2 sqrt(Σ u² cos²) / n, 1000 trials:
     a standard deviation is known to 2.2 %, of 500 to 3.2 %.
-    What the residuals say of the form comes in beside: U has its degrees of freedom, the trials
-    draw it."""
+    What the residuals say of the form is added: the trials draw it, and U, which also covers
+    roughness that the residuals do not exclude, is up to a quarter larger."""
     angle = 2.0 * np.pi * np.arange(36) / 36
     outward = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
     own = UM * np.where(np.abs(np.sin(angle)) > 0.7, 0.9, 0.2)
@@ -295,7 +295,7 @@ def test_trials_of_a_bore_are_the_linear_law() -> None:
     assert found["x"] == pytest.approx(np.hypot(x, machine), rel=0.08)
     for each in feature_by_trials(measured, 500):
         low, high = each.interval
-        assert 0.5 * (high - low) == pytest.approx(each.quantity.expanded_u, rel=0.1)
+        assert 0.75 < 0.5 * (high - low) / each.quantity.expanded_u < 1.1
 
 
 def test_measure_with_trials(tmp_path: Path, separated: Path) -> None:
