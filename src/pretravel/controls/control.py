@@ -229,5 +229,5 @@ def coarse_table_warnings(
         "a finer table"
     )
     if exact_lookup(pretravel_map) is not None:
-        warning += ". The formula of the map is exact and needs no table (--form formula)"
+        warning += ". The form 'formula' is exact and needs no table"
     return (warning,)

@@ -158,6 +158,9 @@ class TestControls:
             files = CONTROLS[name].files(made, ExportSettings(tolerance=stated, form=form))
             assert isinstance(files.form, LookupTable) is expected, (error, stated, form)
             assert (len(files.texts) == {"siemens": 3}.get(name, 2)) is expected
+            # Where the table is chosen for its accuracy, no warning denies it.
+            assert bool(files.warnings) is (form == "table")
+            assert all("The form 'formula' is exact" in each for each in files.warnings)
 
     def test_what_a_control_takes_off(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A formula as the map; nothing where the control has an alarm; radii are refused."""

@@ -25,7 +25,15 @@ def test_steps_that_are_not_stated() -> None:
 
 
 @pytest.mark.parametrize(
-    ("largest", "last"), [(60.005, 60.0), (60.015, 60.015), (164.0, 164.0), (168.0, 165.0)]
+    ("largest", "last"),
+    [
+        (59.985, 59.985),
+        (59.995, 60.0),
+        (60.005, 60.0),
+        (60.015, 60.015),
+        (164.0, 164.0),
+        (168.0, 165.0),
+    ],
 )
 def test_the_last_row(largest: float, last: float) -> None:
     """A hundredth of a degree more is no row of its own; below 165° no table goes."""
@@ -34,6 +42,16 @@ def test_the_last_row(largest: float, last: float) -> None:
     rows = map_grid(replace(mean_map(0.01), support=support), 30.0, 90.0)["polar_deg"]
     assert rows[-1] == pytest.approx(last)
     assert np.diff(rows).min() > 1e-3
+
+
+@pytest.mark.parametrize("largest", [89.985, 90.04])
+def test_a_table_for_people_has_the_row_of_the_equator(largest: float) -> None:
+    """A fitted centre that is 4 µm lower moves touches of the equator to 89.985°."""
+    polar = np.radians(np.repeat([5.0, 45.0, largest], 8))
+    support = DirectionSupport(from_angles(polar, np.tile(np.arange(8.0) * np.pi / 4.0, 3)))
+    table = effective_radius_table(replace(mean_map(0.01), support=support))
+    assert np.max(table["polar_deg"]) == 90.0
+    assert np.sum(np.equal(table["polar_deg"], 90.0)) == 36
 
 
 def test_values_belong_to_their_angles() -> None:

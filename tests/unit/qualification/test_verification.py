@@ -196,7 +196,7 @@ def test_a_turn_that_four_azimuths_cannot_show_is_no_unchanged_probe(tmp_path: P
         assert told.startswith(
             "CHANGED" if seen else "no change found since the qualification, BUT"
         )
-        assert ("size, amplitude cannot be determined beside so large a turn" in told) is seen
+        assert ("size, amplitude cannot be determined after so large a turn" in told) is seen
         if still.unseen_turn is not None:
             angle, change = still.unseen_turn.angle, still.unseen_turn.change
             assert angle == pytest.approx(60.0 * DEGREE)

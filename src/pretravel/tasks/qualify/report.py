@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE
-from pretravel.maps import USUAL_U_DIAMETER, QualificationSetup, some_directions
+from pretravel.maps import (
+    AXIAL_PRETRAVEL,
+    USUAL_U_DIAMETER,
+    some_directions,
+)
 from pretravel.qualification import (
     KindScore,
     Qualification,
@@ -138,11 +142,11 @@ def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Secti
 def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
     """What of probe and reference was assumed: a usual value is no warning, and each reads it."""
     axial, assumed = result.setup.axial_pretravel, []
-    usual = axial == QualificationSetup.axial_pretravel
+    usual = axial == AXIAL_PRETRAVEL
     if not result.setup.ring and usual and result.pretravel_map.kind == "harmonic":
         assumed.append(
-            f"{axial / MICROMETRE:g} µm of pretravel along the probe's axis (--axial-pretravel; "
-            "its u is in u of the centre)"
+            f"{AXIAL_PRETRAVEL / MICROMETRE:g} µm of pretravel along the probe's axis "
+            "(--axial-pretravel; its u is in u of the centre)"
         )
     if result.setup.u_diameter is None:
         assumed.append(

@@ -208,7 +208,7 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
         others = (KeyFigure("size, amplitude", "cannot be separated in these directions"),)
     turned = any(each.name == Cause.TURNED and each.probability > _LIKELY for each in result.causes)
     if turned and abs(result.turn.value) > _LARGE_TURN:
-        others = (KeyFigure("size, amplitude", "cannot be determined beside so large a turn"),)
+        others = (KeyFigure("size, amplitude", "cannot be determined after so large a turn"),)
     return (
         *others,
         turn,

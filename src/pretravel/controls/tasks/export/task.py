@@ -63,7 +63,7 @@ def _output_help() -> str:
     folders = [name for name, control in CONTROLS.usable().items() if control.folder]
     return (
         f"Folder for {', '.join(folders[:-1])} and {folders[-1]}, file for the others "
-        "(.json for radii, .csv for csv)."
+        "(.json for radii, .csv for csv); needed, except with --show-template."
     )
 
 

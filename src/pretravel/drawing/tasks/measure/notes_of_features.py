@@ -101,8 +101,8 @@ def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
         "the noise of the points moves an inscribed, circumscribed or tangent feature to one side. "
         f"On a perfect surface the noise makes a range {amount}. A zone is too wide by about this "
         "range, an inscribed diameter too small and a circumscribed diameter too large by up to "
-        "this range, a tangent plane or line too far outside by up to half of it. The result is not corrected for this, "
-        "and u does not contain it"
+        "this range, a tangent plane or line too far outside by up to half of it. The result "
+        "is not corrected for this, and u does not contain it"
     )
     return [on_points, one_sided, _FORM_BESIDE]
 
