@@ -10,6 +10,7 @@ from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.trigger import predict
+from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.qualifying import qualify
 from tests.support.reference_touches import sphere_touches
 
@@ -47,3 +48,13 @@ def test_other_azimuths_show_the_lobes(azimuths: int) -> None:
     touches = sphere_touches(predict(PROBE, n).pretravel, n)
     found = qualify(touches, 25.0, tip_diameter=6.0, kind="harmonic")
     assert not any(HIDDEN in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize(("azimuths", "named"), [(4, True), (8, False)])
+def test_an_update_names_directions_that_hide_a_turn(azimuths: int, named: bool) -> None:
+    n = directions(8, 0.0)
+    old = qualify(sphere_touches(predict(PROBE, n).pretravel, n), 25.0, tip_diameter=6.0,
+                  kind="harmonic").pretravel_map  # fmt: skip
+    few = directions(azimuths, 0.3)[::3]
+    update = update_map(sphere_touches(predict(PROBE, few).pretravel, few), old, 25.0)
+    assert any("turned in its holder" in warning for warning in update.warnings) == named
