@@ -211,7 +211,7 @@ ModelOfMap: TypeAlias = Annotated[
     str,
     replace(
         MODEL,
-        help="Model of the compliance of a probe that is given in place of a map: analytic, fem, "
+        help="Model of the compliance, where a probe is given and not a map: analytic, fem, "
         "shen, ren or wozniak.",
         without=(When("map_file", is_so=is_map, what="a map"),),
     ),

@@ -132,7 +132,8 @@ class ProgramSphere(ProgramTask):
     pattern: Annotated[
         str,
         Field(
-            help="rings, iso10360-5 (25 touches) or iso230-10 (36 on the equator).",
+            help="rings (at polar 0 to 90°, 92 touches), iso10360-5 (25) or iso230-10 (36 on the "
+            "equator).",
             names=_patterns,
             metavar="PATTERN",
         ),
