@@ -347,7 +347,7 @@ def _unit(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> _Unit
 
 _NO_UNIT = (
     "the table does not give its unit of length (as x_mm or X [in] does), and only qualify can "
-    "recognise it, from the diameters"
+    "recognise it, from the diameters (pretravel convert lists all that is missing)"
 )
 
 
