@@ -161,7 +161,7 @@ class TestComparison:
         part = EXAMPLES / "part_touches.csv"
         told = run("compare", tmp_path / "map.json", "--part", part, "-o", tmp_path / "c.csv",
                    "--plot", tmp_path / "c.png")  # fmt: skip
-        assert "on the part: max" in told
+        assert "part: max" in told
         # The map left "full map 0.00" of itself: what it leaves is its u, of this one unknown.
         assert re.search(r"^map \(twice the largest u, rms of u\) *$", told, re.MULTILINE)
         write_map(tmp_path / "known.json", example_map())

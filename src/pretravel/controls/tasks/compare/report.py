@@ -29,12 +29,7 @@ from pretravel.show import (
 )
 
 _WHERE = {"equator": "on the equator", "all": "all directions", "part": "on the part"}
-_SHORT = {"equator": "equator", "all": "all", "part": "part"}
 _CURVES = ("mean radius", "eight sectors", "eight sectors, resampled", "Woźniak")
-_PLACES = (
-    "the equator: normals across the probe axis, as on vertical walls. Max, rms: largest and "
-    "root-mean-square error. --verbose says what each correction is"
-)
 _COLOURS: dict[str, Colour] = {
     UNCORRECTED: "before",
     "mean radius": "series6",
@@ -87,7 +82,6 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
         figures=(u_map,) if result.u_map > 0.0 else (),
         tables=(_errors_table(result),),
         pictures=(Picture("Errors after each correction", lambda: comparison_view(result, title)),),
-        notes=(_PLACES,),
         data=(Table.of(comparison_columns(result), "Errors left"),),
     )
 
@@ -119,14 +113,14 @@ def _errors_table(result: Comparison) -> Table:
             rms[of_map] = float(np.sqrt(np.mean(result.u[where] ** 2))) / MICROMETRE or math.nan
             largest[of_map] = 2.0 * result.largest_u(where) / MICROMETRE or math.nan
         columns += [
-            Column.of(f"{_WHERE[where]}: max", largest, "µm"),
-            Column.of(f"{_SHORT[where]}: rms", rms, "µm"),
+            Column.of(f"{where}: max", largest, "µm"),
+            Column.of(f"{where}: rms", rms, "µm"),
         ]
     return Table(
         tuple(columns),
-        explanation="Max, rms: largest and root-mean-square difference of each correction from the "
-        "map. The row of the map has its uncertainty instead: twice the largest u, and the rms of "
-        "u (empty for a prediction). The radii of a control hold in one plane, its tool length "
+        explanation="Equator: normals across the probe axis, as on vertical walls. Max, rms: "
+        "largest and root-mean-square difference of each correction from the map. The row of the "
+        "map has its uncertainty instead: twice the largest u, and the rms of u (empty for a prediction). The radii of a control hold in one plane, its tool length "
         "along the axis; between plane and axis the control combines radius and length. Two "
         "axis radii: one for touches along X, one for touches along Y. Four directions: the "
         "radius touched at +X, +Y, -X or -Y, each for all "
