@@ -118,16 +118,17 @@ def _errors_table(result: Comparison) -> Table:
         ]
     return Table(
         tuple(columns),
-        explanation="Equator: normals across the probe axis, as on vertical walls. Max, rms: "
-        "largest and root-mean-square difference of each correction from the map. The row of the "
-        "map has its uncertainty instead: twice the largest u, and the rms of u (empty for a prediction). The radii of a control hold in one plane, its tool length "
-        "along the axis; between plane and axis the control combines radius and length. Two "
-        "axis radii: one for touches along X, one for touches along Y. Four directions: the "
-        "radius touched at +X, +Y, -X or -Y, each for all "
-        "normals within 45° of it. Eight radii: a vector table at 30, 60, 120, 150, 210, 240, 300 "
-        "and 330°, which has the two axis radii besides; touched there, or made from the map so "
-        "that the largest error is smallest. Woźniak's constant: a formula with "
-        "one constant for the triangle of the probe.",
+        explanation="Equator: normals across the probe axis, as on vertical walls. Max, rms: largest and "
+        "root-mean-square difference of each correction from the map. The row of the map has "
+        "its uncertainty instead: twice the largest u, and the rms of u (empty for a "
+        "prediction). The radii of a control hold in one plane, its tool length along the "
+        "axis; between plane and axis the control combines radius and length. Two axis radii: "
+        "one for touches along X, one for touches along Y. Four directions: the radius "
+        "touched at +X, +Y, -X or -Y, each for all normals within 45° of it. Eight radii: a "
+        "vector table at 30, 60, 120, 150, 210, 240, 300 and 330°, which has the two axis "
+        "radii besides; touched there, or made from the map so that the largest error is "
+        "smallest. Woźniak's constant: a formula with one constant for the triangle of the "
+        "probe.",
     )
 
 
