@@ -119,8 +119,8 @@ def _errors_table(result: Comparison) -> Table:
     return Table(
         tuple(columns),
         explanation="Equator: normals across the probe axis, as on vertical walls. Max, rms: "
-        "largest and root-mean-square difference of each correction from the map. The row of the map has "
-        "its uncertainty instead: twice the largest u, and the rms of u (empty for a "
+        "largest and root-mean-square difference of each correction from the map. The row of the "
+        "map has its uncertainty instead: twice the largest u, and the rms of u (empty for a "
         "prediction). The radii of a control hold in one plane, its tool length along the "
         "axis; between plane and axis the control combines radius and length. Two axis radii: "
         "one for touches along X, one for touches along Y. Four directions: the radius "
