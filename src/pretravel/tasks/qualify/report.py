@@ -141,20 +141,23 @@ def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Secti
 
 def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
     """What of probe and reference was assumed: a usual value is no warning, and each reads it."""
-    axial, assumed = result.setup.axial_pretravel, []
+    axial, assumed, settings = result.setup.axial_pretravel, [], []
     usual = axial == AXIAL_PRETRAVEL
     if not result.setup.ring and usual and result.pretravel_map.kind == "harmonic":
         assumed.append(
             f"{AXIAL_PRETRAVEL / MICROMETRE:g} µm of pretravel along the probe's axis "
-            "(--axial-pretravel; its u is in u of the centre)"
+            "(its u is in u of the centre)"
         )
+        settings.append("axial pretravel")
     if result.setup.u_diameter is None:
         assumed.append(
-            f"u of the {result.setup.reference}'s diameter = {USUAL_U_DIAMETER / MICROMETRE:g} µm "
-            "(--u-diameter)"
+            f"u of the {result.setup.reference}'s diameter = {USUAL_U_DIAMETER / MICROMETRE:g} µm"
         )
-    words = " and ".join(assumed)
-    return (KeyFigure("assumed", f"{words}; give yours"),) if assumed else ()
+        settings.append("u diameter")
+    if not assumed:
+        return ()
+    yours = f"; give yours ({', '.join(settings)})"
+    return (KeyFigure("assumed", " and ".join(assumed) + yours),)
 
 
 def _outlier_figures(result: Qualification) -> tuple[KeyFigure, ...]:

@@ -427,8 +427,8 @@ class CheckedProbe(Result):
             return ()
         return (
             (
-                "the touches were tested as the machine reports them. With --map (without "
-                "--tip-diameter), compensated points would be tested instead"
+                "the touches were tested as the machine reports them. With a map (and without "
+                "the tip's diameter), compensated points would be tested instead"
             ),
         )
 
