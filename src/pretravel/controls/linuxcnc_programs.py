@@ -18,7 +18,7 @@ from pretravel.files import (
     Machine,
     work_turn,
 )
-from pretravel.maps import PretravelMap, refuse_turned_map
+from pretravel.maps import PretravelMap
 
 _ANY_FAULT = "#<_pretravel_fault> NE 0"
 _MISSES_ALLOWED = "#<_pretravel_fault> GT 1 OR [#<_pretravel_fault> EQ 1 AND #<misses> GE 1]"
@@ -80,9 +80,8 @@ def linuxcnc_program(
     _check_log(log)
     identity = None
     if compensated is not None:
-        check_map_of_program(compensated, program.machine.tip_radius, program.feeds)
-        if spindle is not None:
-            refuse_turned_map(compensated, spindle / DEGREE)
+        angle = None if spindle is None else spindle / DEGREE
+        check_map_of_program(compensated, program.machine.tip_radius, program.feeds, angle)
         identity = map_identity(compensated)
     machine, turns = program.machine, program.turns
     text = render(

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, PretravelError
-from pretravel.maps import PretravelMap
+from pretravel.maps import PretravelMap, refuse_turned_map
 
 _NUMBERS = 900_000_000
 _FIRST = 100_000_000
@@ -89,8 +89,13 @@ def map_identity(pretravel_map: PretravelMap) -> MapIdentity:
     )
 
 
-def check_map_of_program(pretravel_map: PretravelMap, tip_radius: float, feeds: FloatArray) -> None:
-    """Refuse a map that does not hold for the tip or the feeds of a program.
+def check_map_of_program(
+    pretravel_map: PretravelMap,
+    tip_radius: float,
+    feeds: FloatArray,
+    spindle_deg: float | None = None,
+) -> None:
+    """Refuse a map that does not hold for the tip, the feeds or the orientation of a program.
 
     Parameters
     ----------
@@ -99,6 +104,8 @@ def check_map_of_program(pretravel_map: PretravelMap, tip_radius: float, feeds: 
         [mm]
     feeds : (n,) float
         [mm/min]
+    spindle_deg : float, optional
+        To which the program turns the spindle. [°]
 
     Raises
     ------
@@ -120,3 +127,5 @@ def check_map_of_program(pretravel_map: PretravelMap, tip_radius: float, feeds: 
                 "delay is known",
                 inputs=("compensated",),
             )
+    if spindle_deg is not None:
+        refuse_turned_map(pretravel_map, spindle_deg)

@@ -20,7 +20,7 @@ from pretravel.files.logs.double_touches import with_passes, without_passes, wit
 from pretravel.files.logs.joining import join
 from pretravel.files.misses import named_misses
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_conditions import LARGEST_DIFFERENCE
+from pretravel.files.stated_conditions import refuse_other_tip
 from pretravel.files.stated_normals import (
     one_normal,
     with_ring_normals,
@@ -86,7 +86,8 @@ def read_readings(
     if options.radius_taken_off:
         _refuse_one_radius_of_several_tips(found, file)
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
-    _refuse_other_tip(readings, file, options)
+    if readings.tip_radius is not None and options.tip_radius is not None:
+        refuse_other_tip(file, 2.0 * readings.tip_radius, 2.0 * options.tip_radius)
     if readings is found and (options.plan or options.normal):
         which = "plan" if options.plan else "normal"
         unused = f"the file itself gives the normal at each touch: the {which} was not used"
@@ -170,19 +171,6 @@ def read_directions(source: Source) -> FloatArray:
     if known in (CSV, PARQUET):
         return read_normals(file)
     return read_readings(file, file_format=known.name).in_machine_axes().touches.normals
-
-
-def _refuse_other_tip(readings: FileReadings, file: SourceFile, options: ReadingOptions) -> None:
-    """Refuse a file that states another radius of the tip than the one that is used."""
-    stated, used = readings.tip_radius, options.tip_radius
-    if stated is None or used is None:
-        return
-    if abs(stated - used) > 0.5 * LARGEST_DIFFERENCE:
-        raise file.error(
-            f"the file gives the tip a diameter of {2.0 * stated:.6g} mm, and {2.0 * used:.6g} mm "
-            "is used: one of them is wrong",
-            inputs=("map_file", "tip_diameter"),
-        )
 
 
 def _refuse_one_radius_of_several_tips(

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.roles_of_columns import ColumnRoles
+from pretravel.files.source_file import SourceFile
 from pretravel.files.text_table import TextTable
 
 _CONTACT = {
@@ -35,7 +36,7 @@ _OF_REFERENCE = (
 )
 _SIZE = r"\W{0,3}(?P<size>dia(?:meter)?|durchmesser|Ø|⌀|radius)"
 _VALUE = r"\W{0,3}(?P<value>\d+(?:[.,]\d+)?)\s*(?P<unit>mm|in(?:ch)?\b|\")?"
-LARGEST_DIFFERENCE = 0.18
+_LARGEST_DIFFERENCE = 0.18
 """Of two diameters of one tip or reference: of an effective and a nominal one, twice the largest
 pretravel, 80 µm, and their tolerances. [mm]"""
 
@@ -62,21 +63,43 @@ def refuse_contradictions(
     _refuse_misses(text, roles)
     _refuse_other_units(text, roles, unit)
     _refuse_compensated(text, roles)
-    radius = options.tip_radius
-    for what, words, given, inputs in (
-        ("tip", _OF_TIP, None if radius is None else 2.0 * radius, ("map_file", "tip_diameter")),
-        ("reference", _OF_REFERENCE, options.reference_diameter, ("diameter",)),
-    ):
-        if given is None:
-            continue
-        for line, where, diameter in _diameters(text, words, unit, options.tip):
-            if abs(diameter - given) > LARGEST_DIFFERENCE:
-                raise text.file.error(
-                    f"{where} gives the {what} a diameter of {diameter:.6g} mm, and {given:.6g} mm "
-                    "is used: one of them is wrong",
-                    line,
-                    inputs=inputs,
-                )
+    if options.tip_radius is not None:
+        for line, where, diameter in _diameters(text, _OF_TIP, unit, options.tip):
+            refuse_other_tip(text.file, diameter, 2.0 * options.tip_radius, where, line)
+    given = options.reference_diameter
+    if given is not None:
+        for line, where, diameter in _diameters(text, _OF_REFERENCE, unit, options.tip):
+            _refuse_other(text.file, "reference", diameter, given, where, line, ("diameter",))
+
+
+def refuse_other_tip(
+    file: SourceFile, stated: float, used: float, where: str = "the file", line: int | None = None
+) -> None:
+    """Refuse a file that gives the tip another diameter than the one that is used. [mm]
+
+    Raises
+    ------
+    InputError
+    """
+    _refuse_other(file, "tip", stated, used, where, line, ("map_file", "tip_diameter"))
+
+
+def _refuse_other(
+    file: SourceFile,
+    what: str,
+    stated: float,
+    used: float,
+    where: str,
+    line: int | None,
+    inputs: tuple[str, ...],
+) -> None:
+    if abs(stated - used) > _LARGEST_DIFFERENCE:
+        raise file.error(
+            f"{where} gives the {what} a diameter of {stated:.6g} mm, and {used:.6g} mm is used: "
+            "one of them is wrong",
+            line,
+            inputs=inputs,
+        )
 
 
 def _diameters(

@@ -383,11 +383,8 @@ def hidden_variance(observation: Observation) -> float:
     >>> round(1e3 * math.sqrt(few), 1), round(1e3 * math.sqrt(many), 1)
     (2.9, 0.0)
     """
-    between = _between(observation)
-    shapes = _usual_shapes(observation.directions)
-    taken = observation.to_sphere @ shapes
-    shown = shapes - observation.free_design @ taken
-    left = _usual_shapes(between) - sphere_columns(between, observation.axes) @ taken
+    shapes, taken, shown = _seen_shapes(observation)
+    left = _left_of_shapes(observation, _between(observation), taken)
     hidden = float(np.sum(np.mean(left**2, axis=0) - np.mean(shown**2, axis=0)))
     return _usual_amplitude(observation, shapes) ** 2 * max(hidden, 0.0)
 
@@ -420,15 +417,29 @@ def hidden_lobes(observation: Observation) -> HiddenLobes | None:
     ----------
     observation : Observation
     """
-    shapes = _usual_shapes(observation.directions)
-    taken = observation.to_sphere @ shapes
-    shown = shapes - observation.free_design @ taken
+    shapes, taken, shown = _seen_shapes(observation)
     if np.all(np.sum(shown**2, axis=0)[1:] > _SHOWN * np.sum(shapes**2, axis=0)[1:]):
         return None
     between = _between(observation)
-    left = _usual_shapes(between) - sphere_columns(between, observation.axes) @ taken
+    left = _left_of_shapes(observation, between, taken)
     size = _usual_amplitude(observation, shapes)
     return HiddenLobes(between, size * left[:, 1:], size * taken[1:, 1:])
+
+
+def _seen_shapes(observation: Observation) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Usual shapes at the touches, (n, 3), what a sphere takes of them, and what it leaves."""
+    shapes = _usual_shapes(observation.directions)
+    taken = observation.to_sphere @ shapes
+    return shapes, taken, shapes - observation.free_design @ taken
+
+
+def _left_of_shapes(
+    observation: Observation, directions: FloatArray, taken: FloatArray
+) -> FloatArray:
+    """What the sphere leaves of usual shapes in other directions, (n, 3)."""
+    return np.asarray(
+        _usual_shapes(directions) - sphere_columns(directions, observation.axes) @ taken
+    )
 
 
 def _between(observation: Observation) -> FloatArray:

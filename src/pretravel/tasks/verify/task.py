@@ -71,8 +71,8 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     accept: Annotated[
         Path | None,
         Field(
-            help="Make a new map from these touches alone (.json): touch all directions first. "
-            "Few touches update a map instead (qualify with an old map).",
+            help="Make a new map from these touches alone (.json); they must cover all directions. "
+            "With few touches, update the old map instead (qualify with a prior).",
             writes=_COMPLETE_MAPS,
             in_run=True,
         ),

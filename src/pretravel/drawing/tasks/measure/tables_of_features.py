@@ -58,8 +58,7 @@ _SCALED = (
 _TILTED = (
     "Places of the touches on tilted datums: a datum face is fitted at its nominal angle to the "
     "datums before it; if its real angle differs, touches elsewhere on the face move it. Touch "
-    "such "
-    "a face around its middle. "
+    "such a face around its middle. "
 )
 BOUNDS = ("at least (95 %)", "at most (95 %)")
 TRIALS = "By Monte Carlo"
