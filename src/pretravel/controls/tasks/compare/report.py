@@ -92,6 +92,11 @@ def _shown(method: str) -> str:
     )
 
 
+def _in_pictures(method: str) -> str:
+    """A shorter name, where bars lose width to long ones."""
+    return {FULL_MAP: "map", "mean radius": "one radius"}.get(method) or _shown(method)
+
+
 def _colour(method: str) -> Colour:
     """Of a correction that the comparison was given, such as that of a control, the last one."""
     return _COLOURS.get(method, "series1")
@@ -174,7 +179,7 @@ def _curves_chart(result: Comparison) -> PlaneChart:
         band = 2.0 * result.u["equator"] / MICROMETRE
         marks.append(Area(azimuth, -band, band, "map, ± 2 u", _COLOURS[FULL_MAP], 0.3))
     marks += [
-        LineMark(azimuth, result.curves[name] / MICROMETRE, _shown(name), _colour(name))
+        LineMark(azimuth, result.curves[name] / MICROMETRE, _in_pictures(name), _colour(name))
         for name in (*_CURVES, *(name for name in result.curves if name not in _COLOURS))
     ]
     return PlaneChart("errors left on the equator", azimuth_axis("machine"),
@@ -194,7 +199,7 @@ def _largest_chart(result: Comparison, where: str) -> PlaneChart:
         if row.method == FULL_MAP:
             length = 2.0 * result.largest_u(where) / MICROMETRE
             text = f"2 u = {value_text(length, 'µm')}" if known else "the reference, u not given"
-        names.append("map" if name == FULL_MAP else _shown(name))
+        names.append(_in_pictures(name))
         bars.append(Bars(np.array([float(place)]), np.array([length]), "", _colour(name),
                          horizontal=True, texts=(text,)))  # fmt: skip
     longest = max(row.largest for row in rows) / MICROMETRE
