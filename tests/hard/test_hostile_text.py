@@ -14,6 +14,8 @@ from pretravel.base import toml_file
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.toml_file import parse_toml
 from pretravel.controls.linuxcnc_files import read_tool, read_work_offset
+from pretravel.controls.logs.grbl import read_grbl_log
+from pretravel.controls.logs.print_file import read_print_file
 from pretravel.design.fem import step_solids as model_solids
 from pretravel.files import source_file
 from pretravel.files.csv_table import read_csv_table
@@ -21,9 +23,7 @@ from pretravel.files.file_format import FilePositions, ReadingOptions
 from pretravel.files.format_registry import format_of
 from pretravel.files.laboratory_file import read_laboratory
 from pretravel.files.logs.fusion import read_fusion
-from pretravel.files.logs.grbl import read_grbl_log
 from pretravel.files.logs.joining import join
-from pretravel.files.logs.print_file import read_print_file
 from pretravel.files.logs.qif import read_qif
 from pretravel.files.machine_file import read_machine
 from pretravel.files.points_reading import read_points

@@ -11,8 +11,8 @@ import pytest
 from pretravel.base.directions import from_angles
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.controls.linuxcnc_programs import linuxcnc_program
+from pretravel.controls.logs.pretravel_log import read_own_log
 from pretravel.controls.program import plan_program
-from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.files.touches_csv import read_touches
 from pretravel.touches.targets import Targets
 from pretravel.uncertainty.sphere_fit import fit_sphere

@@ -14,10 +14,10 @@ from pretravel.base.directions import fibonacci_cap, from_angles
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
+from pretravel.controls.logs.pretravel_log import read_own_log
 from pretravel.controls.lookup import Band, Lookup
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import lookup_table
-from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.described_maps import described_map

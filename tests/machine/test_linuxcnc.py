@@ -19,6 +19,9 @@ from pretravel.controls.fanuc import FANUC
 from pretravel.controls.linuxcnc_files import read_tool, read_work_offset
 from pretravel.controls.linuxcnc_programs import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
+from pretravel.controls.logs.log_lines import read_log_positions
+from pretravel.controls.logs.pretravel_log import read_own_log
+from pretravel.controls.logs.probeopen import read_probeopen
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.lookup_table import lookup_table
 from pretravel.controls.macro_b import macro_programs
@@ -26,9 +29,6 @@ from pretravel.controls.program import plan_program
 from pretravel.controls.renishaw import renishaw_variables
 from pretravel.controls.surroundings import SphereObstacle
 from pretravel.files.logs.joining import join
-from pretravel.files.logs.log_lines import read_log_positions
-from pretravel.files.logs.pretravel_log import read_own_log
-from pretravel.files.logs.probeopen import read_probeopen
 from pretravel.files.machine import Machine, work_placement
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.controls.logs.pretravel_log import read_own_log
 from pretravel.controls.machine_text import machine_text
-from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.files.machine import Machine, work_placement
 from tests.machine.conftest import SIMULATOR, run_program
 from tests.support.commands import rows, run

@@ -20,12 +20,12 @@ from pretravel.base.units import DEGREE
 from pretravel.controls.linuxcnc_programs import linuxcnc_program
 from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
+from pretravel.controls.logs.pretravel_log import read_own_log
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.program import plan_program
+from pretravel.controls.program_log import FAULTS
 from pretravel.controls.surroundings import SphereObstacle
-from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.files.machine import Machine, work_placement
-from pretravel.files.program_log import FAULTS
 from pretravel.touches.targets import Targets
 from tests.machine.conftest import SIMULATOR, run_program, run_together
 from tests.support.example_maps import mean_map

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.files.logs.pretravel_log import read_own_log
+from pretravel.controls.logs.pretravel_log import read_own_log
 from tests.machine.conftest import SIMULATOR, environment
 from tests.support.commands import rows
 from tests.support.pictures import coloured_share

@@ -16,9 +16,9 @@ from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE, INCH, MICROMETRE
 from pretravel.controls.control import ExportSettings
 from pretravel.controls.exports import CONTROLS
-from pretravel.files.logs.pretravel_log import read_own_log
+from pretravel.controls.logs.pretravel_log import read_own_log
+from pretravel.controls.program_log import FAULTS
 from pretravel.files.machine import work_placement
-from pretravel.files.program_log import FAULTS
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualifying import qualify
 from pretravel.touches import moved

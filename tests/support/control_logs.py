@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.logs.qif import NAMESPACE
-from pretravel.files.program_log import TOUCH_COLUMNS
 from pretravel.touches.targets import Targets
 
 OWN_LOG_HEAD = (

@@ -7,14 +7,8 @@ from collections.abc import Mapping
 from pretravel.base import INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_state import check_line_lengths, state_subroutines
-from pretravel.files import (
-    FAULTS,
-    LOG_ENDING,
-    LOG_HEAD,
-    SUBROUTINE_TOUCH_COLUMNS,
-    USUAL_STYLUS_LENGTH,
-    largest_deflection,
-)
+from pretravel.controls.program_log import FAULTS, LOG_ENDING, LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
+from pretravel.files import USUAL_STYLUS_LENGTH, largest_deflection
 
 _TEMPLATES: Mapping[str, tuple[str, bool]] = {
     "pretravel_bore": ("round.ngc", False),

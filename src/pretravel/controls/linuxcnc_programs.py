@@ -9,15 +9,14 @@ from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_state import HANDLER, check_line_lengths
 from pretravel.controls.map_identity import check_map_of_program, map_identity
 from pretravel.controls.program import ProbingProgram
-from pretravel.files import (
+from pretravel.controls.program_log import (
     FAULTS,
     LOG_ENDING,
     LOG_HEAD,
     SURFACE_POINT_COLUMNS,
     TOUCH_COLUMNS,
-    Machine,
-    work_turn,
 )
+from pretravel.files import Machine, work_turn
 from pretravel.maps import PretravelMap
 
 _ANY_FAULT = "#<_pretravel_fault> NE 0"

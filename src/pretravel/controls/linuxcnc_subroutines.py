@@ -19,14 +19,14 @@ from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.lookup_table import lookup_table
 from pretravel.controls.map_identity import map_identity
-from pretravel.controls.steps import same_steps
-from pretravel.files import (
+from pretravel.controls.program_log import (
     FAULTS,
     LOG_HEAD,
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
-    USUAL_STYLUS_LENGTH,
 )
+from pretravel.controls.steps import same_steps
+from pretravel.files import USUAL_STYLUS_LENGTH
 from pretravel.maps import PretravelMap
 from pretravel.touches import GLANCING
 

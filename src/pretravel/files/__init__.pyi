@@ -7,6 +7,7 @@ from .bundle_file import versions as versions
 from .bundle_file import write_bundle as write_bundle
 from .column_names import LENGTH_UNITS as LENGTH_UNITS
 from .column_names import ROLES as ROLES
+from .column_names import column_name as column_name
 from .column_names import unit_of as unit_of
 from .csv_table import CsvTable as CsvTable
 from .csv_table import csv_table_text as csv_table_text
@@ -35,6 +36,7 @@ from .laboratory_statements import LaboratoryStatements as LaboratoryStatements
 from .laboratory_statements import comparison_sentence as comparison_sentence
 from .logs.dmis import statements as statements
 from .logs.plain_labels import plain_labels as plain_labels
+from .logs.plain_labels import without_comments as without_comments
 from .logs.qif_document import QifDocument as QifDocument
 from .logs.qif_document import finite_number as finite_number
 from .long_tables import WRITTEN_IN_PARTS as WRITTEN_IN_PARTS
@@ -53,6 +55,7 @@ from .map_file import FORMER_MAP_ENDINGS as FORMER_MAP_ENDINGS
 from .map_file import MAP_ENDINGS as MAP_ENDINGS
 from .map_file import read_map as read_map
 from .map_file import write_map as write_map
+from .misses import filled_in as filled_in
 from .netcdf import read_dataset as read_dataset
 from .netcdf import write_dataset as write_dataset
 from .placement_file import read_placement as read_placement
@@ -72,12 +75,6 @@ from .probe_history import add_verification as add_verification
 from .probe_history import check_history as check_history
 from .probe_history import read_history as read_history
 from .probe_history import refuse_known_touches as refuse_known_touches
-from .program_log import FAULTS as FAULTS
-from .program_log import LOG_ENDING as LOG_ENDING
-from .program_log import LOG_HEAD as LOG_HEAD
-from .program_log import SUBROUTINE_TOUCH_COLUMNS as SUBROUTINE_TOUCH_COLUMNS
-from .program_log import SURFACE_POINT_COLUMNS as SURFACE_POINT_COLUMNS
-from .program_log import TOUCH_COLUMNS as TOUCH_COLUMNS
 from .readings import ALL as ALL
 from .readings import SERIES_COLUMNS as SERIES_COLUMNS
 from .readings import chosen as chosen
@@ -86,6 +83,9 @@ from .readings import read_readings as read_readings
 from .readings import write_readings as write_readings
 from .readings import written_format as written_format
 from .roles_of_columns import column_roles as column_roles
+from .row_statements import RowStatement as RowStatement
+from .row_statements import RowStatements as RowStatements
+from .row_statements import StatedRows as StatedRows
 from .several_files import files_meant as files_meant
 from .several_files import files_of as files_of
 from .several_files import read_series as read_series

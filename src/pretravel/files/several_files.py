@@ -14,7 +14,6 @@ import numpy as np
 from pretravel.base import FloatArray, InputError, PretravelError
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
-from pretravel.files.program_log import LOG_ENDING
 from pretravel.files.readings import read_readings
 from pretravel.touches import (
     WORD_COLUMNS,
@@ -56,14 +55,10 @@ def files_of(places: Sequence[Path | str]) -> list[Path]:
 
 def _can_have_touches(path: Path) -> bool:
     endings = {e for known in FORMATS.values() if known.parse for e in known.endings}
-    ending = path.suffix.lower()
     return (
         path.is_file()
         and not path.name.startswith(".")
-        and (
-            ending in endings.union(_TABLES).difference(_NO_TOUCHES)
-            or path.name.endswith(LOG_ENDING)
-        )
+        and path.name.lower().endswith(tuple(endings.union(_TABLES).difference(_NO_TOUCHES)))
     )
 
 

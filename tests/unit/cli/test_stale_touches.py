@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.files.map_file import write_map
-from pretravel.files.program_log import TOUCH_COLUMNS
 from pretravel.files.touches_csv import write_touches
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, run

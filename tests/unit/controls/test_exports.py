@@ -43,9 +43,9 @@ from pretravel.controls.lookup import Band
 from pretravel.controls.lookup_formula import LookupSeries
 from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.macro_b import free_variables, macro_programs
+from pretravel.controls.program_log import FAULTS
 from pretravel.controls.renishaw import renishaw_variables
 from pretravel.controls.siemens import siemens_cycle
-from pretravel.files.program_log import FAULTS
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance

@@ -20,10 +20,10 @@ from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import Lookup
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.program import ProbingProgram, plan_program
+from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.controls.surroundings import SphereObstacle, Surroundings
 from pretravel.controls.ways import check_limits, touch_moves, ways_between, ways_down
 from pretravel.files.machine import Machine, work_placement
-from pretravel.files.program_log import TOUCH_COLUMNS
 from pretravel.maps.provenance import Provenance
 from pretravel.touches.targets import Targets
 from tests.support.example_maps import mean_map

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.errors import InputError
+from pretravel.controls.logs.log_lines import read_log_positions
 from pretravel.controls.machine_text import machine_text
 from pretravel.files import format_registry, text_table
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import FORMATS, format_of
-from pretravel.files.logs.log_lines import read_log_positions
 from pretravel.files.machine import Machine, work_placement
 from pretravel.files.readings import read_readings
 from pretravel.files.row_statements import statement_rows

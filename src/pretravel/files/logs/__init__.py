@@ -1,4 +1,4 @@
-"""Files that controls, CMMs and CAM systems write about touches, one module for each format.
+"""Files that CMMs and CAM systems write about touches, one module for each format.
 
 The group of entry points ``pretravel.formats`` lists all formats.
 """

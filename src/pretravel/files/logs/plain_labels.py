@@ -33,3 +33,16 @@ def plain_labels(labels: tuple[str, ...]) -> tuple[str, ...]:
         seen.add(name)
         plain.append(name)
     return tuple(plain)
+
+
+def without_comments(line: str) -> str:
+    """Return a line of G-code without its comments in brackets.
+
+    >>> without_comments("G1 (to (the left) X1 (open")
+    'G1  X1 (open'
+    """
+    kept, at = "", 0
+    while (begin := line.find("(", at)) >= 0 and (end := line.find(")", begin)) >= 0:
+        kept += line[at:begin]
+        at = end + 1
+    return kept + line[at:]

@@ -17,7 +17,7 @@ from pretravel.files.lines_of_tables import (
     is_table,
     rows_below_a_title,
 )
-from pretravel.files.logs.log_lines import without_comments
+from pretravel.files.logs.plain_labels import without_comments
 
 _CODE = re.compile(r"(?:G(?:38\.[2-5]|31|65|28|0?[23])|M(?:0?[3-6]|30))(?![\d.])|#", re.IGNORECASE)
 """Orders that no log of positions contains."""

@@ -113,7 +113,7 @@ class ProgramTask(Task):
     @property
     def log_name(self) -> str:
         """Of the log file on the machine."""
-        from pretravel.files import LOG_ENDING
+        from pretravel.controls.program_log import LOG_ENDING
 
         return self.log or f"{self.output.stem.lower()}{LOG_ENDING}"
 

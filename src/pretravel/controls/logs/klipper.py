@@ -6,9 +6,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from pretravel.files.file_format import FileFormat, FileReadings
-from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
-from pretravel.files.source_file import Source, opened
+from pretravel.controls.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
+from pretravel.files import FileFormat, FileReadings, Source, opened
 
 _BEFORE = r"\bprobe:?(?: result)? at "
 _BETWEEN = r" (?:is|bed will contact at) z="

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.files.file_format import FileFormat, FileReadings
-from pretravel.files.source_file import Source, opened
+from pretravel.files import FileFormat, FileReadings, Source, opened
 from pretravel.touches import Touches
 
 _HEAD = 3

@@ -7,16 +7,16 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
-from pretravel.files.file_format import FileFormat, FileReadings
-from pretravel.files.program_log import (
+from pretravel.controls.program_log import (
     FAULTS,
+    LOG_ENDING,
     LOG_HEAD,
     SUBROUTINE_LINE,
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
     TOUCH_COLUMNS,
 )
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files import FileFormat, FileReadings, Source, SourceFile, opened
 from pretravel.touches import Touches
 
 _SCALES = {"um": MICROMETRE, "millionths": 1e-6}
@@ -238,6 +238,7 @@ PRETRAVEL_LOG = FileFormat(
     reads="touches",
     writes="the programs",
     verified="LinuxCNC 2.9 (Debian 12), running",
+    endings=(LOG_ENDING,),
     recognises=_is_own_log,
     parse=lambda file, _: read_own_log(file),
     self_contained=True,

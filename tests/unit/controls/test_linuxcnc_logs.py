@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files.logs.pretravel_log import read_own_log
-from pretravel.files.logs.probeopen import read_probeopen
+from pretravel.controls.logs.pretravel_log import read_own_log
+from pretravel.controls.logs.probeopen import read_probeopen
 from pretravel.files.readings import read_readings
 from tests.support.commands import run
 from tests.support.control_logs import (

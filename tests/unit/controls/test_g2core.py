@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files.logs.g2core import read_g2core_log
+from pretravel.controls.logs.g2core import read_g2core_log
 from pretravel.files.logs.joining import join
 from tests.support.control_logs import G2CORE_LOG, PLAN, written
 

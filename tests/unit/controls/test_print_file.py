@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files.logs.print_file import read_print_file
+from pretravel.controls.logs.print_file import read_print_file
 from tests.support.commands import rows, run
 from tests.support.control_logs import (
     PRINT_FILE,

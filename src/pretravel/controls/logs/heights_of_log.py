@@ -9,10 +9,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pretravel.files.file_format import FileReadings
-from pretravel.files.misses import filled_in
-from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
-from pretravel.files.source_file import SourceFile
+from pretravel.files import (
+    FileReadings,
+    RowStatement,
+    RowStatements,
+    SourceFile,
+    StatedRows,
+    filled_in,
+)
 from pretravel.touches import Touches, word_fields
 
 

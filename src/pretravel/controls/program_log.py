@@ -1,4 +1,4 @@
-"""The log of our programs for LinuxCNC, which `pretravel.files.logs.pretravel_log` reads.
+"""The log of our programs for LinuxCNC, which `pretravel.controls.logs.pretravel_log` reads.
 
 The lines are comma-separated. Each line begins with its kind and ends with the word ``end``: no
 reader has to count lines, and a reader detects a line that was cut off.

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import re
 
-from pretravel.files.file_format import FeatureResult, FileFormat
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files import FeatureResult, FileFormat, Source, SourceFile, opened
 
 # Of lines in which every run of blanks is one blank.
 _HEAD = re.compile(r"COMPONENT NO (\d+) FEATURE NO (\d+)", re.I)

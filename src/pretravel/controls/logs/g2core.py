@@ -6,10 +6,18 @@ import re
 
 import numpy as np
 
-from pretravel.files.file_format import FileFormat, FilePositions, ReadingOptions
-from pretravel.files.logs.logged_feeds import LoggedFeeds
-from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.controls.logs.logged_feeds import LoggedFeeds
+from pretravel.files import (
+    FileFormat,
+    FilePositions,
+    ReadingOptions,
+    RowStatement,
+    RowStatements,
+    Source,
+    SourceFile,
+    StatedRows,
+    opened,
+)
 
 _BEGINS = re.compile(r'"?\bprb"?\s*:\s*\{\s*"?e"?\s*:')
 _REPORT = re.compile(r'"?\bprb"?\s*:\s*\{([^{}]*)\}')

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
+from pretravel.controls.logs.trip_map import TRIP_MAP, read_trip_map
 from pretravel.files.file_format import ReadingOptions
-from pretravel.files.logs.trip_map import TRIP_MAP, read_trip_map
 from pretravel.files.source_file import SourceFile
 from pretravel.qualification.qualifying import qualify
 from tests.support.control_logs import TRIP_MAP_FILE, TRIP_MAP_OPTIONS

@@ -6,8 +6,7 @@ import re
 
 import numpy as np
 
-from pretravel.files.file_format import FileFormat, FilePositions
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files import FileFormat, FilePositions, Source, SourceFile, opened
 
 _COLUMNS = 9
 _DECIMALS = 6

@@ -15,9 +15,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, frozen
-from pretravel.files.column_names import LENGTH_UNITS, column_name, unit_of
-from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files import (
+    LENGTH_UNITS,
+    FileFormat,
+    FileReadings,
+    ReadingOptions,
+    Source,
+    SourceFile,
+    column_name,
+    opened,
+    unit_of,
+)
 from pretravel.touches import Touches
 
 _ANGLES = ("angle", "azimuth", "degree", "degrees", "deg", "theta", "direction")

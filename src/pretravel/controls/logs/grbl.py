@@ -13,10 +13,18 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import InputError
-from pretravel.files.file_format import FileFormat, FilePositions, ReadingOptions
-from pretravel.files.logs.logged_feeds import LoggedFeeds
-from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.controls.logs.logged_feeds import LoggedFeeds
+from pretravel.files import (
+    FileFormat,
+    FilePositions,
+    ReadingOptions,
+    RowStatement,
+    RowStatements,
+    Source,
+    SourceFile,
+    StatedRows,
+    opened,
+)
 
 # Every class leaves out the bracket that begins: a line of beginnings alone is read once.
 _PROBE = re.compile(r"\[(?:PRB|Probe):([^\[\]:]*)(?::([^\[\]]*))?\]")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pretravel.base import INCH, FloatArray
-from pretravel.files.logs.log_lines import without_comments
+from pretravel.files import without_comments
 
 _REPORTS = re.compile(r"<[^<>]*>|\[(?!GC:)[A-Za-z0-9.]+:[^\[\]]*\]")
 """What the control reports, in which F has another meaning."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 
-from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
-from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
-from pretravel.files.source_file import Source, opened
+from pretravel.controls.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
+from pretravel.files import FileFormat, FileReadings, ReadingOptions, Source, opened
 
 _NUMBER = r"(-?\d[\d.]*|-?\.\d+)(?![\d._])"
 _PLACED = re.compile(rf"\bBed X: ?{_NUMBER} ?Y: ?{_NUMBER} ?Z: ?{_NUMBER}", re.IGNORECASE)

@@ -6,9 +6,17 @@ import re
 
 import numpy as np
 
-from pretravel.files.file_format import FileFormat, FilePositions
-from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files import (
+    FileFormat,
+    FilePositions,
+    RowStatement,
+    RowStatements,
+    Source,
+    SourceFile,
+    StatedRows,
+    opened,
+    without_comments,
+)
 
 _WORD = re.compile(
     r"([A-Z])\s*[:=]?\s*([-+]?\s*(?:\d+(?:\.\d*)?|\.\d+))(?![\d.eE]|,\d)[,;*]?", re.IGNORECASE
@@ -121,19 +129,6 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         words=stated.columns(),
         warnings=stated.warnings(),
     )
-
-
-def without_comments(line: str) -> str:
-    """Return a line of G-code without its comments in brackets.
-
-    >>> without_comments("G1 (to (the left) X1 (open")
-    'G1  X1 (open'
-    """
-    kept, at = "", 0
-    while (begin := line.find("(", at)) >= 0 and (end := line.find(")", begin)) >= 0:
-        kept += line[at:begin]
-        at = end + 1
-    return kept + line[at:]
 
 
 def _units(file: SourceFile, line: str, number: int, units: str | None) -> str | None:

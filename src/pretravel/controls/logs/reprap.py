@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import re
 
-from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
-from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
-from pretravel.files.source_file import Source, opened
+from pretravel.controls.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
+from pretravel.files import FileFormat, FileReadings, ReadingOptions, Source, opened
 
 _STOPPED = re.compile(r"\bStopped at height (-?[\d.]+) mm")
 _HEIGHTS = re.compile(r"\b(?:G32 )?bed probe heights:([^,]*)", re.IGNORECASE)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files.logs.grbl import read_grbl_log
+from pretravel.controls.logs.grbl import read_grbl_log
 from pretravel.files.logs.joining import join
 from tests.support.control_logs import (
     GRBL_LOG,
