@@ -23,6 +23,7 @@ _OWN_COLUMNS = frozenset(
     ]
 )
 """Of the tables of touches that this package writes."""
+_PLAIN_TEXT = re.compile(rb"[\t\n\r -~]*\Z")
 _NUMBERS = re.compile(r"[-+\d.,;\s]*(?:\de[-+]?\d[-+\d.,;\s]*)*", re.IGNORECASE)
 FORMATS: Mapping[str, FileFormat] = Plugins(
     "pretravel.formats",
@@ -94,11 +95,10 @@ def format_of(source: Source) -> FileFormat:
     if _is_own_table(file):
         return FORMATS["csv"]
     formats = FORMATS.values()
-    for known in formats:
-        # Programs of controls have the ending .nc, as NetCDF has.
-        begins = file.content.startswith(known.begins or b"")
-        if known.binary and file.ending in known.endings and begins:
-            return known
+    by_ending = _known_by_ending(file)
+    # A CMM's software names its report, which is DMIS, .igs.
+    if by_ending is not None and (by_ending.parse or not _PLAIN_TEXT.match(file.content[:_HEAD])):
+        return by_ending
     numbered = [(i, line.strip()) for i, line in enumerate(file.lines("a file of readings"), 1)]
     lines = [line for _, line in numbered if line]
     # Further rows of numbers alone tell nothing about the format of a long table.
@@ -107,6 +107,8 @@ def format_of(source: Source) -> FileFormat:
     for count, known in enumerate(sorted(formats, key=lambda known: bool(known.refusal)), 1):
         if len(lines) > COUNTED:
             _LOG.info("%s: compared with format %d of %d", file.name, count, len(formats))
+        if known.refusal and by_ending is not None:
+            return by_ending
         if not known.by_shape and known.recognises is not None and known.recognises(lines):
             return known
     if has_known_header(lines) or has_worded_rows(lines):
@@ -122,6 +124,15 @@ def format_of(source: Source) -> FileFormat:
         f"{not_a_table(lines)}. {READABLE_FORMATS} {readable}",
         first,
     )
+
+
+def _known_by_ending(file: SourceFile) -> FileFormat | None:
+    for known in FORMATS.values():
+        # Programs of controls have the ending .nc, as NetCDF has.
+        begins = file.content.startswith(known.begins or b"")
+        if known.binary and file.ending in known.endings and begins:
+            return known
+    return None
 
 
 def _is_own_table(file: SourceFile) -> bool:

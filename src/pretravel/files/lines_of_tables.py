@@ -63,7 +63,11 @@ def is_table(lines: Sequence[str]) -> bool:
     (True, False)
     """
     plain = [(0, line) for line in lines if not COMMENT.match(line)]
-    return bool(plain) and separator_of(plain) is not None
+    return bool(plain) and not _is_json(lines) and separator_of(plain) is not None
+
+
+def _is_json(lines: Sequence[str]) -> bool:
+    return lines[0].startswith(("{", "[{")) or lines[0] == "["
 
 
 def has_known_header(lines: Sequence[str]) -> bool:
@@ -141,6 +145,11 @@ def not_a_table(lines: Sequence[str]) -> str:
     >>> not_a_table(["Dear all,"])[:58]
     "the text is not a table of touches: 'Dear all,' is neither"
     """
+    if _is_json(lines):
+        return (
+            "this is JSON, from which no touches are read: write them as CSV, a row for each touch "
+            "below a header (x_mm, y_mm, z_mm, nx, ny, nz)"
+        )
     line = lines[0]
     shown = line if len(line) <= _QUOTED else line[: _QUOTED - 1] + "…"
     return (

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.errors import InputError
+from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import FORMATS, format_of
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
@@ -70,3 +71,32 @@ def test_files_that_are_read_are_not_refused(name: str) -> None:
 def test_labels_like_orders_are_no_program() -> None:
     rows = "label,x_mm,y_mm,z_mm,nx,ny,nz\nM3,0,0,3,0,0,1\nG31,0,1,3,0,0,1\n"
     assert format_of(SourceFile("a.csv", rows.encode())).name == "csv"
+
+
+def test_a_report_with_the_ending_of_geometry() -> None:
+    """GEOPAK of Mitutoyo names its DMIS output .igs."""
+    content = b"$$ Data from GEOPAK\nUNITS/MM,ANGDEC\nFA(P1) = FEAT/POINT, CART,$\n1,2,3, 0,0,1\n"
+    file = SourceFile("report.igs", content)
+    assert format_of(file).name == "dmis"
+    found = read_readings(file, ReadingOptions(radius_taken_off=0.0)).touches
+    assert found.positions.tolist() == [[1.0, 2.0, 3.0]]
+    part = f"{'A part, written by CAD':72}S      1\n".encode()
+    assert format_of(SourceFile("part.igs", part)).name == "geometry"
+
+
+@pytest.mark.parametrize("row", ["N{0} X=1{0}.1 Y=2.2 Z=-3.3", "X 1{0}.1 Y 2.2 Z- 3.3"])
+def test_positions_below_the_title_of_a_measuring_log(row: str) -> None:
+    rows = "\n".join(row.format(i) for i in range(1, 4))
+    file = SourceFile("log.txt", f"; MESSPROTOKOLL\n{rows}\n".encode())
+    assert format_of(file).name == "positions"
+    options = ReadingOptions(units="mm", normal=(0.0, 0.0, 1.0))
+    found = read_readings(file, options).touches.positions
+    assert found.tolist() == [[11.1, 2.2, -3.3], [12.1, 2.2, -3.3], [13.1, 2.2, -3.3]]
+
+
+@pytest.mark.parametrize(
+    "text", ['[{"x":0,"y":1,"z":2},\n{"x":3,"y":4,"z":5}]', '{"probes":[{"x":0,"y":1,"z":2}]}']
+)
+def test_json_is_named(text: str) -> None:
+    with pytest.raises(InputError, match="this is JSON, from which no touches are read"):
+        format_of(SourceFile("touches.json", text.encode()))

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pretravel.files.column_names import names_known_columns
 from pretravel.files.file_format import FileFormat
 from pretravel.files.lines_of_tables import (
+    FEWEST_ROWS,
     has_known_header,
     header_cells,
     is_table,
@@ -27,6 +28,11 @@ _APART = re.compile(rf"(?<=[A-Z])\s(?={_VALUE})", re.IGNORECASE)
 """A blank between a letter and its number."""
 _WORD = re.compile(rf"[A-Z]{_VALUE}[^,;]*", re.IGNORECASE)
 _ASSIGNMENT = re.compile(r"#\s?[\d<].*=")
+_POSITION = re.compile(
+    r"(?:N\s*\d+\s*)?" + "".join(rf"{axis}[\s=:]*[-+]?[\s\d.]+[,;*\s]*" for axis in "XYZ"),
+    re.IGNORECASE,
+)
+"""A line that is a position, and nothing else."""
 _HEIDENHAIN_PROGRAM = re.compile(r"(?:0\s+)?BEGIN PGM\b|\d+\s+TCH PROBE \d{3}\b", re.IGNORECASE)
 _DPRNT = re.compile(r"(?:N\d+\s*)?(?:DPRNT\[|POPEN\b)", re.IGNORECASE)
 _SUBROUTINE = re.compile(r"o\s?(?:<\w+>|\d+)\s*(?:sub|call|if|while|repeat)\b", re.IGNORECASE)
@@ -44,6 +50,7 @@ def _untitled(pattern: str, *, head: int) -> Callable[[list[str]], bool]:
     return lambda lines: (
         found(lines)
         and not (is_table(lines) and (has_known_header(lines) or rows_below_a_title(lines)))
+        and sum(map(bool, map(_POSITION.fullmatch, lines))) < FEWEST_ROWS
     )
 
 
