@@ -159,7 +159,7 @@ def test_condensed_and_direct_solutions_agree(omp40: Probe) -> None:
 @pytest.mark.parametrize("solver", list(SOLVERS))
 def test_solvers_agree(solver: str) -> None:
     if solver == "cholmod":
-        pytest.importorskip("sksparse")
+        pytest.importorskip("cvxopt")
     if solver == "pardiso":
         pytest.importorskip("pypardiso")
     rng = np.random.default_rng(1)

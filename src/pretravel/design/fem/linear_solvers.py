@@ -27,7 +27,7 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
     matrix : sparse (n, n)
         Its upper triangle.
     solver : str
-        ``cholmod`` (scikit-sparse), ``pardiso`` (pypardiso), ``superlu`` (SciPy), or
+        ``pardiso`` (pypardiso), ``cholmod`` (cvxopt), ``superlu`` (SciPy), or
         ``auto``: the first of these that is installed.
 
     Returns
@@ -53,7 +53,7 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
         try:
             return SOLVERS[solver](matrix)
         except (ImportError, OSError) as error:  # not installed, or its libraries do not load
-            package = {"cholmod": "scikit-sparse", "pardiso": "pypardiso"}.get(solver, "scipy")
+            package = {"cholmod": "cvxopt", "pardiso": "pypardiso"}.get(solver, "scipy")
             line = '"pretravel[fem]"' if solver == "pardiso" else package
             raise PretravelError(
                 f"solver '{solver}' needs the package {package}: pip install {line}, or take "
@@ -115,12 +115,21 @@ _NOT_HELD = (
 
 
 def _cholmod(matrix: sparse.csr_matrix) -> Solve:
-    from sksparse.cholmod import cholesky
+    from cvxopt import cholmod, spmatrix
+    from cvxopt import matrix as dense
 
-    factor = cholesky(matrix.T.tocsc())  # it reads the lower triangle
+    lower = matrix.T.tocoo()
+    entries = spmatrix(lower.data, lower.row, lower.col, lower.shape)
+    factor = cholmod.symbolic(entries)
+    try:
+        cholmod.numeric(entries, factor)
+    except ArithmeticError as error:  # a pivot that is not positive
+        raise PretravelError(_NOT_HELD) from error
 
     def solve(right: FloatArray) -> FloatArray:
-        return np.asarray(factor(np.asarray(right, dtype=np.float64)))
+        solution = dense(np.asfortranarray(right, dtype=np.float64))
+        cholmod.solve(factor, solution)
+        return np.array(solution).reshape(right.shape)
 
     return _held(matrix, solve)
 
@@ -188,8 +197,8 @@ def _superlu(matrix: sparse.csr_matrix) -> Solve:
 
 
 SOLVERS: Mapping[str, Callable[[sparse.csr_matrix], Solve]] = {
-    "cholmod": _cholmod,
     "pardiso": _pardiso,
+    "cholmod": _cholmod,
     "superlu": _superlu,
 }
 """In the order of preference."""

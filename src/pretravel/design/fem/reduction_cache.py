@@ -121,7 +121,7 @@ def reduced_model(
     probe : Probe
     settings : MeshSettings, optional
     solver : str
-        auto, cholmod, pardiso or superlu.
+        auto, pardiso, cholmod or superlu.
 
     Returns
     -------
@@ -165,7 +165,7 @@ def model_in_memory(
     probe : Probe
     settings : MeshSettings, optional
     solver : str
-        auto, cholmod, pardiso or superlu.
+        auto, pardiso, cholmod or superlu.
 
     Returns
     -------

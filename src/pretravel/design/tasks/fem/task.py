@@ -53,7 +53,7 @@ class Fem(Reported):
     solver: Annotated[
         str,
         Field(
-            help="auto, cholmod (scikit-sparse), pardiso (pypardiso) or superlu.",
+            help="auto, pardiso (pypardiso), cholmod (cvxopt) or superlu.",
             names=_solvers,
             metavar="SOLVER",
         ),
