@@ -65,7 +65,7 @@ def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
         "history", logs, "--diameter", 25, "--map", tmp_path / "map.json", "--limit", 0.01
     )
     assert "the trend over 5 days is too uncertain" in " ".join(told.split())
-    assert "earliest date (95 %) already possible" in " ".join(told.split())
+    assert "earliest date (95 %) within the recorded days" in " ".join(told.split())
     assert "compared with the map of map.json" in " ".join(told.split())
     assert "sphere_2026-03-02.csv is not used:" in warned
     assert "1 file has no date in the name (sphere_late.csv)" in warned

@@ -14,9 +14,11 @@ from pretravel.drawing.features.conformity import (
     Conformity,
     conformity_words,
 )
+from pretravel.drawing.features.extreme_association import MINIMUM_ZONE
 from pretravel.drawing.features.feature_results import features_table, residuals_table
 from pretravel.drawing.features.feature_trials import QuantityByTrials
 from pretravel.drawing.features.measured_feature import (
+    MEASURED_RANGE,
     MeasuredFeature,
     Quantity,
 )
@@ -50,6 +52,10 @@ _CORRECTED = (
     "A distance near zero (position, coaxiality, orientation of an axis) is shown corrected for "
     "noise; its decision compares the value before this correction, and its bands hold for values "
     "near the limit. "
+)
+_EXPLAINED = (
+    "Value 0: the errors of the points alone can explain the measured one; 'at most' in the table "
+    "of quantities is how large the true one can be. "
 )
 _SCALED = (
     "A distance near zero has half of the difference between its value and the farther bound as u. "
@@ -240,6 +246,7 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
     ]
     reject = [number_text(c.rejection_band / MICROMETRE) for c in conformities]
     corrected = _CORRECTED if any(c.corrected for c in conformities) else ""
+    explained = _EXPLAINED if any(c.value == 0.0 for c in conformities) else ""
     return Table(
         (
             Column.of("feature", [name for name, *_ in decided]),
@@ -256,8 +263,9 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
             ),
         ),
         title="Decisions",
-        explanation="Inside the tolerance by at least the guard band: accepted. Outside it by more "
-        f"than the rejection band: rejected. Otherwise: undecided. {corrected}P: probability that "
+        explanation="Inside the tolerance by at least the guard band: conforms. Outside it by more "
+        "than the rejection band: does not conform. Without u of the machine: within or outside "
+        f"the tolerance. Otherwise: cannot be decided. {explained}{corrected}P: probability that "
         "the true value is inside the tolerance.",
     )
 
@@ -288,14 +296,15 @@ def budget_section(inspected: InspectedFeature) -> Section:
         + (_TILTED if PLACES_ON_DATUMS in names else ""),
     )
     form = feature.form
+    measured = f"{MEASURED_RANGE}{', minimum-zone' if feature.form_by == MINIMUM_ZONE else ''}"
     return Section(
         f"{shown_name(feature)}: sources of uncertainty",
         figures=(
             KeyFigure("range without form", form.noise / MICROMETRE, "µm",
                       remark="mean range of points on a perfect surface, from their errors"),
             KeyFigure("noise subtracted", (form.measured - form.value) / MICROMETRE, "µm",
-                      remark="from the measured range, for the errors of the points" if form.value
-                      else "the whole measured range: the errors of the points explain it"),
+                      remark=f"from the {measured}, for the errors of the points" if form.value
+                      else f"the whole {measured}: the errors of the points explain it"),
         ),
         tables=(table,),
         detail=True,
