@@ -12,7 +12,9 @@ from pretravel.base import DEGREE, MICROMETRE, FloatArray
 from pretravel.drawing.features.between_features import FeatureRelation, covariance_of_positions
 from pretravel.drawing.features.conformity import (
     Conformity,
+    ConformityVerdict,
     conformity_words,
+    verdict_words,
 )
 from pretravel.drawing.features.extreme_association import MINIMUM_ZONE
 from pretravel.drawing.features.feature_results import features_table, residuals_table
@@ -235,6 +237,12 @@ def angles_table(features: Sequence[MeasuredFeature]) -> Table | None:
     )
 
 
+def _outcome(verdict: ConformityVerdict, decided: Sequence[tuple[str, float, Conformity]]) -> str:
+    """In the words that the table has for it."""
+    words = dict.fromkeys(verdict_words(verdict, u_machine) for _, u_machine, _ in decided)
+    return " or ".join(f"'{each}'" for each in words)
+
+
 def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
     """Of names, standard uncertainties by the machine, and decisions."""
     conformities = [conformity for *_, conformity in decided]
@@ -263,10 +271,11 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
             ),
         ),
         title="Decisions",
-        explanation="Inside the tolerance by at least the guard band: conforms. Outside it by more "
-        "than the rejection band: does not conform. Without u of the machine: within or outside "
-        f"the tolerance. Otherwise: cannot be decided. {explained}{corrected}P: probability that "
-        "the true value is inside the tolerance.",
+        explanation="Inside the tolerance by at least the guard band: "
+        f"{_outcome(ConformityVerdict.CONFORMS, decided)}. Outside it by more than the rejection "
+        f"band: {_outcome(ConformityVerdict.DOES_NOT_CONFORM, decided)}. Otherwise: "
+        f"{_outcome(ConformityVerdict.UNDECIDED, decided)}. {explained}{corrected}P: probability "
+        "that the true value is inside the tolerance.",
     )
 
 
