@@ -161,8 +161,8 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
             KeyFigure("curved part", "largest error "
                       f"{value_text(left['mean radius', 'part'], 'µm')} with one radius (mean "
                       "around the equator), "
-                      f"{value_text(left['eight sectors', 'part'], 'µm')} with eight radii (as "
-                      "touched); with the map U of a point is at most "
+                      f"{value_text(left['eight sectors', 'part'], 'µm')} with eight radii, as "
+                      "touched; with the map U of a point is at most "
                       f"{value_text(2.0 * u_part, 'µm')}"),
             KeyFigure("Centroid KP-3, real data", "rms error "
                       f"{value_text(ring['mean'], 'µm')} with one radius, "
