@@ -245,5 +245,8 @@ def macro_b_control(dialect: MacroDialect, base: str) -> Control:
         macro_b_steps(dialect.name),
         folder=True,
         options=OF_TABLES | {"base", "program", "form"},
-        usual={"base": base, "program": str(dialect.program)},
+        usual={
+            "base": base,
+            "program": f"{dialect.program} (table, if needed; lookup {dialect.program + 1})",
+        },
     )

@@ -55,8 +55,9 @@ _SPHERE_TEXT = (
     (
         "Fitted: errors on the sphere at the touches that the map was made from. Left out: errors "
         "on the sphere in directions that were left out of the fit, a fifth of them at a time. A "
-        "sector table needs all its sectors, so on the sphere no direction can be left out. One "
-        "radius for all: the map of the kind mean, fitted to all touches on the sphere."
+        "sector table needs touches in all its sectors: those on the sphere are too few to leave "
+        "any out. One radius for all: the map of the kind mean, fitted to all touches on the "
+        "sphere."
     ),
     (
         "On the part: difference from the physical map at the part's 140 points, without the shift "
@@ -77,7 +78,8 @@ _RING_TEXT = (
     ),
     (
         "Each kind of map was fitted to 36 directions, every second one, and predicted the other "
-        "36; then the halves changed places. Fitted: rms error in the fitted directions. Left out: "
+        "36; then the halves changed places. Each half has touches in all sectors of a sector "
+        "table. Fitted: rms error in the fitted directions. Left out: "
         "rms error in the predicted ones. Neighbouring readings scatter by about as much as the "
         "errors of the best kinds."
     ),
@@ -159,8 +161,9 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
             KeyFigure("curved part", "largest error "
                       f"{value_text(left['mean radius', 'part'], 'µm')} with one radius (mean "
                       "around the equator), "
-                      f"{value_text(left['eight sectors', 'part'], 'µm')} with eight radii; with "
-                      f"the map U = {value_text(2.0 * u_part, 'µm')}"),
+                      f"{value_text(left['eight sectors', 'part'], 'µm')} with eight radii, as "
+                      "touched; with the map U of a point is at most "
+                      f"{value_text(2.0 * u_part, 'µm')}"),
             KeyFigure("Centroid KP-3, real data", "rms error "
                       f"{value_text(ring['mean'], 'µm')} with one radius, "
                       f"{value_text(ring[BEST], 'µm')} with the map"),

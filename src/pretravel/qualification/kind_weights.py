@@ -51,7 +51,8 @@ def compare_kinds(
     Returns
     -------
     list of KindScore
-        The largest weight first, those that cannot be fitted last.
+        The largest weight first, those that cannot be fitted, or not without some of the
+        directions, last.
 
     Notes
     -----
@@ -77,7 +78,9 @@ def compare_kinds(
             left_out = _left_out(ready, kind, fit, splits)
         except PretravelError as error:
             nothing = (math.inf, math.nan, math.nan, math.inf)
-            scores.append(KindScore(name, *nothing, problem=str(error)))
+            fitted_to_all = not isinstance(fit, PretravelError)
+            problem = f"{'with some directions left out, ' if fitted_to_all else ''}{error}"
+            scores.append(KindScore(name, *nothing, problem=problem))
             continue
         distance, variance = left_out
         scores.append(_score_of(name, distance, variance))

@@ -103,7 +103,7 @@ class KindScore:
     weight : float
         Share of this kind in the average.
     problem : str
-        Why this kind cannot be fitted; empty where it can.
+        Why this kind cannot be fitted, or not without some of the directions; empty where it can.
     """
 
     kind: str

@@ -291,9 +291,9 @@ class PlacedPart(Task):
         str | None,
         Field(
             help="Placement of the part's frame in the machine (x,y,z in mm, then rotations about "
-            "x, y, z in degrees); or the file of pretravel align (.json), whose "
-            "touches are in the machine's frame. The rotations are about the machine's axes, in "
-            "that order; the probe is not rotated.",
+            "x, y, z in degrees, or the .json file of pretravel align, with touches in the "
+            "machine's frame). The rotations are about the machine's axes, in that order; the "
+            "probe is not rotated.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
             word=is_placement,

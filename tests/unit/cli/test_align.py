@@ -78,10 +78,14 @@ def test_compensate_reads_the_placement_and_takes_normals_of_the_part(folder: Pa
 
 
 def test_datums_and_what_they_do_not_determine(folder: Path) -> None:
-    text = run("align", TOUCHES, "--part", PART, "--map", folder / "map.json",
-               "--datum", "A=3", "--datum", "B=12,14", "-o", folder / "datums.json",
-               "--verbose")  # fmt: skip
+    text, warned = both_outputs(
+        "align", TOUCHES, "--part", PART, "--map", folder / "map.json",
+        "--datum", "A=3", "--datum", "B=12,14", "-o", folder / "datums.json", "--verbose",
+    )  # fmt: skip
     assert "datums A=3, B=12,14" in text
+    # The other four touches of face 3 are nearly on a line: one more on it checks nothing.
+    assert "nothing checks the touch plane3-3 (face 3)" in warned
+    assert "Touch again close to it" in warned
     assert "not determined" not in text
     text, warned = both_outputs(
         "align", TOUCHES, "--part", PART, "--map", folder / "map.json", "--datum", "A=3"

@@ -62,11 +62,22 @@ def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
     assert "5, from 2026-03-01 to" in told
     # Days with u of 0.1 µm exclude no change of 0.01 µm.
     told, _ = both_outputs(
-        "history", logs, "--diameter", 25, "--map", tmp_path / "map.json", "--limit", 0.01
+        "history",
+        logs,
+        "--diameter",
+        25,
+        "--map",
+        tmp_path / "map.json",
+        "--limit",
+        0.01,
+        "--verbose",
     )
     assert "the trend over 5 days is too uncertain" in " ".join(told.split())
-    assert "earliest date (95 %) already possible" in " ".join(told.split())
+    assert "earliest date (95 %) within the recorded days" in " ".join(told.split())
     assert "compared with the map of map.json" in " ".join(told.split())
+    assert "allowed change of the map 0.01 µm (given)" in " ".join(told.split())
+    assert "Each day: difference from the map" in told
+    assert "The map was made from" not in told
     assert "sphere_2026-03-02.csv is not used:" in warned
     assert "1 file has no date in the name (sphere_late.csv)" in warned
 
@@ -76,6 +87,7 @@ def test_a_jump_begins_the_trend_anew(tmp_path: Path) -> None:
     told, _ = both_outputs("history", logs, *SPHERE, "--limit", 3, "-o", table, "--verbose")
     assert told.startswith("since the jump or new map of 2026-03-09: no drift is detected")
     assert "jump: the trend starts again" in told
+    assert "The map was made from sphere_2026-03-01.csv: the row" in " ".join(told.split())
     assert [row["series"] for row in rows(table)] == 8 * ["1"] + 6 * ["2"]
 
 

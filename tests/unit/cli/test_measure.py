@@ -246,6 +246,23 @@ def test_a_value_without_a_lower_bound_has_no_u(points_file: Path) -> None:
     assert re.search(r"0\.1 mm +0\.\d+, at most 0\.\d+ mm +✔", lines["position"])
 
 
+@pytest.mark.parametrize(
+    ("asked", "name"),
+    [((), "measured range"), (("--form-tolerance", 0.005), "measured range, minimum-zone")],
+)
+def test_the_noise_subtracted_is_that_of_the_range_it_names(
+    points_file: Path, asked: tuple[object, ...], name: str
+) -> None:
+    """The bore is round: all of the range is noise. The table gives 0.01 µm."""
+    told = run("measure", points_file, "--feature", "bore", "--select", "bore1*", *asked,
+               "--verbose")  # fmt: skip
+    (measured,) = re.findall(rf"^bore1\* +{name} .*?(0\.\d+)(?: +[-+]\d\S*)?$", told, re.MULTILINE)
+    (taken,) = re.findall(
+        rf"noise subtracted (\S+) µm \(the whole {name}: the errors", " ".join(told.split())
+    )
+    assert float(taken) == pytest.approx(1e3 * float(measured), abs=0.01)
+
+
 def test_touches_are_no_points(tmp_path: Path) -> None:
     path = tmp_path / "touches.csv"
     path.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n1,2,3,0,0,1\n")

@@ -14,6 +14,7 @@ from pretravel.drawing.features.conformity import (
     position_conformity,
     size_conformity,
 )
+from pretravel.drawing.features.feature_form import FormResult
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.drawing.tasks.measure.tables_of_features import conformity_table
 from tests.support.feature_points import OWN, around, feature_points
@@ -121,6 +122,25 @@ class TestTableOfDecisions:
             assert decided.corrected == explained
             table = conformity_table([("bore1", 0.001, size), ("bore1", 0.001, decided)])
             assert (told in table.explanation) == explained
+
+    def test_the_rule_is_in_the_words_of_the_verdicts(self) -> None:
+        size = size_conformity("diameter", 20.01, 0.001, (20.0, 20.021), 0.95)
+        known, unknown = ("bore1", 0.001, size), ("bore2", 0.0, size)
+        for decided, words in (
+            ([known], "guard band: 'conforms'. Outside"),
+            ([unknown], "guard band: 'within the tolerance'. Outside"),
+            ([known, unknown], "guard band: 'conforms' or 'within the tolerance'. Outside"),
+        ):
+            explanation = conformity_table(decided).explanation
+            assert words in explanation
+            assert "Otherwise: 'cannot be decided'." in explanation
+            assert "Value 0" not in explanation
+
+    def test_a_value_of_zero_is_explained(self) -> None:
+        """All of the form may be noise: the other table has a bound alone."""
+        form = FormResult(0.0006, 0.0, np.linspace(0.0, 0.0012, 201), 0.0009, 0.0015)
+        found = form_conformity("roundness", form, 0.005, 0.95)
+        assert "Value 0: the errors" in conformity_table([("bore1", 0.001, found)]).explanation
 
 
 class TestPromise:

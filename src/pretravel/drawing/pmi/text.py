@@ -13,7 +13,7 @@ from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
 _HEAD = """\
 # {title}
 # Features for `pretravel measure`, as docs/how-to/tolerances.md describes them.
-# Touches of a feature are those on its faces, as `pretravel align` writes them; or state
+# Touches of a feature are those on its faces, as `pretravel align` writes them; or give
 # `select = "bore1-*"`, the labels of the touches, instead of `faces`.
 """
 

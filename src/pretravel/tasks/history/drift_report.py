@@ -103,7 +103,7 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
     Document
     """
     drift = history.drift
-    limit = "twice the rms u of the map" if history.limit_assumed else "stated"
+    limit = "twice the rms u of the map" if history.limit_assumed else "given"
     days = len(history.days)
     return Document(
         title=name or "History of a probe",
@@ -253,7 +253,7 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         remark = first.quantity.name + ("; far beyond the recorded days" if early > far else "")
         over = _over(drift, early)
         remark += "" if over else _sooner(drift)
-        date = "already possible" if over else _date(drift.moment(early))
+        date = "within the recorded days" if over else _date(drift.moment(early))
         found.append(KeyFigure("earliest date (95 %)", date, remark=remark))
     return tuple(found)
 
@@ -363,7 +363,13 @@ def _days_table(history: FolderDrift) -> Table:
             Column.of(one.name, one.values, one.unit, signed_decimals(2)),
             Column.of("u", one.u, one.unit),
         ]
-    return Table(tuple(columns), "Each day: difference from the map")
+    own = any(day.file.path.name == history.map_name for day in history.days)
+    return Table(
+        tuple(columns),
+        "Each day: difference from the map",
+        explanation=f"The map was made from {history.map_name}: the row of this file has what the "
+        "fit of the map left of its touches, and no form." if own else "",
+    )  # fmt: skip
 
 
 def day_columns(history: FolderDrift) -> dict[str, npt.ArrayLike]:

@@ -135,7 +135,7 @@ def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Secti
     fit = result.fit
     return (
         *((_six_seat_section(fit),) if isinstance(fit, PhysicalMapFit) else ()),
-        *((Section("Kinds that cannot be fitted", problems, detail=True),) if problems else ()),
+        *((Section("Kinds that were not compared", problems, detail=True),) if problems else ()),
     )
 
 

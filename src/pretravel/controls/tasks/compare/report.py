@@ -130,10 +130,10 @@ def _errors_table(result: Comparison) -> Table:
         "axis; between plane and axis the control combines radius and length. Two axis radii: "
         "one for touches along X, one for touches along Y. Four directions: the radius "
         "touched at +X, +Y, -X or -Y, each for all normals within 45° of it. Eight radii: a "
-        "vector table at 30, 60, 120, 150, 210, 240, 300 and 330°, which has the two axis "
-        "radii besides; touched there, or made from the map so that the largest error is "
-        "smallest. Woźniak's constant: a formula with one constant for the triangle of the "
-        "probe.",
+        "vector table with radii at 30, 60, 120, 150, 210, 240, 300 and 330°, and with the two "
+        "axis radii for normals near X and Y (ten numbers in all); touched at these angles, or "
+        "made from the map so that the largest error is smallest. Woźniak's constant: a formula "
+        "with one constant for the triangle of the probe.",
     )
 
 

@@ -212,7 +212,7 @@ def _warnings(alignment: Alignment) -> list[str]:
         found.append(
             f"nothing checks the touch{'' if one else 'es'} {named}: {'it' if one else 'each'} "
             "determines a motion alone, so that a gross error, or a touch on another face, would "
-            "not be seen. Touch these faces more than once"
+            "not be seen. Touch again close to it"
         )
     if alignment.association.dof < 1:
         found.append(

@@ -68,7 +68,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         str | None,
         Field(
             help="Approximate placement of the part (x,y,z in mm, then rotations in degrees about "
-            "the machine's axes x, y, z, in this order); or a file of pretravel align. "
+            "the machine's axes x, y, z, in this order, or a .json file of pretravel align). "
             "Without a start, the placement follows from the plan (--plan), or is searched.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,

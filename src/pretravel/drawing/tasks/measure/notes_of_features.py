@@ -211,7 +211,7 @@ def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
         f"{shown_name(feature)}: the normals of the points are "
         f"{normals_off(feature) / DEGREE:.1f}° off those of the feature (root mean square), as "
         "happens with a wrong expected centre: the tip touched next to these points. Compensate "
-        "again with --feature, or with touches without normals"
+        "again with the normals of fitted features, or with touches without normals"
         for feature in features
         if normals_off(feature) > NORMALS_OFF
     )

@@ -12,11 +12,15 @@ from pretravel.base import DEGREE, MICROMETRE, FloatArray
 from pretravel.drawing.features.between_features import FeatureRelation, covariance_of_positions
 from pretravel.drawing.features.conformity import (
     Conformity,
+    ConformityVerdict,
     conformity_words,
+    verdict_words,
 )
+from pretravel.drawing.features.extreme_association import MINIMUM_ZONE
 from pretravel.drawing.features.feature_results import features_table, residuals_table
 from pretravel.drawing.features.feature_trials import QuantityByTrials
 from pretravel.drawing.features.measured_feature import (
+    MEASURED_RANGE,
     MeasuredFeature,
     Quantity,
 )
@@ -50,6 +54,10 @@ _CORRECTED = (
     "A distance near zero (position, coaxiality, orientation of an axis) is shown corrected for "
     "noise; its decision compares the value before this correction, and its bands hold for values "
     "near the limit. "
+)
+_EXPLAINED = (
+    "Value 0: the errors of the points alone can explain the measured one; 'at most' in the table "
+    "of quantities is how large the true one can be. "
 )
 _SCALED = (
     "A distance near zero has half of the difference between its value and the farther bound as u. "
@@ -229,6 +237,12 @@ def angles_table(features: Sequence[MeasuredFeature]) -> Table | None:
     )
 
 
+def _outcome(verdict: ConformityVerdict, decided: Sequence[tuple[str, float, Conformity]]) -> str:
+    """In the words that the table has for it."""
+    words = dict.fromkeys(verdict_words(verdict, u_machine) for _, u_machine, _ in decided)
+    return " or ".join(f"'{each}'" for each in words)
+
+
 def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
     """Of names, standard uncertainties by the machine, and decisions."""
     conformities = [conformity for *_, conformity in decided]
@@ -240,6 +254,7 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
     ]
     reject = [number_text(c.rejection_band / MICROMETRE) for c in conformities]
     corrected = _CORRECTED if any(c.corrected for c in conformities) else ""
+    explained = _EXPLAINED if any(c.value == 0.0 for c in conformities) else ""
     return Table(
         (
             Column.of("feature", [name for name, *_ in decided]),
@@ -256,9 +271,11 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
             ),
         ),
         title="Decisions",
-        explanation="Inside the tolerance by at least the guard band: accepted. Outside it by more "
-        f"than the rejection band: rejected. Otherwise: undecided. {corrected}P: probability that "
-        "the true value is inside the tolerance.",
+        explanation="Inside the tolerance by at least the guard band: "
+        f"{_outcome(ConformityVerdict.CONFORMS, decided)}. Outside it by more than the rejection "
+        f"band: {_outcome(ConformityVerdict.DOES_NOT_CONFORM, decided)}. Otherwise: "
+        f"{_outcome(ConformityVerdict.UNDECIDED, decided)}. {explained}{corrected}P: probability "
+        "that the true value is inside the tolerance.",
     )
 
 
@@ -288,14 +305,15 @@ def budget_section(inspected: InspectedFeature) -> Section:
         + (_TILTED if PLACES_ON_DATUMS in names else ""),
     )
     form = feature.form
+    measured = f"{MEASURED_RANGE}{', minimum-zone' if feature.form_by == MINIMUM_ZONE else ''}"
     return Section(
         f"{shown_name(feature)}: sources of uncertainty",
         figures=(
             KeyFigure("range without form", form.noise / MICROMETRE, "µm",
                       remark="mean range of points on a perfect surface, from their errors"),
             KeyFigure("noise subtracted", (form.measured - form.value) / MICROMETRE, "µm",
-                      remark="from the measured range, for the errors of the points" if form.value
-                      else "the whole measured range: the errors of the points explain it"),
+                      remark=f"from the {measured}, for the errors of the points" if form.value
+                      else f"the whole {measured}: the errors of the points explain it"),
         ),
         tables=(table,),
         detail=True,
