@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pretravel.files.file_format import FileFormat, PointsOrigin
-from pretravel.files.netcdf import write_dataset
 from pretravel.files.row_statements import RowStatement
 from pretravel.files.tables import write_table
 from pretravel.files.touches_csv import read_table_of_touches, write_touches
@@ -27,6 +26,7 @@ def _write_points(path: Path, points: Points, _: PointsOrigin) -> None:
 
 
 def _write_points_dataset(path: Path, points: Points, origin: PointsOrigin) -> None:
+    from pretravel.files.netcdf import write_dataset
     from pretravel.files.points_writing import points_dataset
 
     write_dataset(path, points_dataset(points).assign_attrs(note=origin.note))
