@@ -118,7 +118,10 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
         tables=(*drift_tables(drift), _days_table(history)),
         pictures=(Picture("Drift over time", lambda: drift_view(drift, name)),),
         notes=_notes(drift),
-        warnings=(*_unusable_warnings(history), *_undated_warnings(history), *_gross(history)),
+        warnings=(
+            *_unseen_turns(history), *_unusable_warnings(history), *_undated_warnings(history),
+            *_gross(history),
+        ),
     )  # fmt: skip
 
 
@@ -390,6 +393,10 @@ def day_columns(history: FolderDrift) -> dict[str, npt.ArrayLike]:
     for name, label, size in _FILE_COLUMNS:
         found[label] = np.array([getattr(one, name) for one in terms]) / size
         found[f"u_{label}"] = np.array([getattr(one, f"u_{name}") for one in terms]) / size
+    if any(one.unseen_turn is not None for one in terms):
+        found["unseen_turn_deg"] = [
+            math.nan if one.unseen_turn is None else one.unseen_turn.angle / DEGREE for one in terms
+        ]
     return found
 
 
@@ -411,6 +418,15 @@ def _notes(drift: DriftOverTime) -> tuple[str, ...]:
             "probe was not qualified since then, qualify it now"
         ),
     )
+
+
+def _unseen_turns(history: FolderDrift) -> list[str]:
+    unseen = [day for day in history.days if day.terms.unseen_turn is not None]
+    if not unseen:
+        return []
+    days = f"{len(unseen)} of {len(history.days)} files ({unseen[0].file.path.name}"
+    days += " …)" if len(unseen) > 1 else ")"
+    return [f"{days}: {unseen[0].terms.unseen_turn}. Such days say nothing of a turn"]
 
 
 def _unusable_warnings(history: FolderDrift) -> list[str]:
