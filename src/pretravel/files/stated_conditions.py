@@ -30,9 +30,12 @@ _COMPENSATED = re.compile(
     r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?comp(?:\.|ensated|ensation)?|kompensiert|"
     r"radiuskorrektur|korrigiert|corrected"
 )
-_OF_TIP = r"(?:tip|stylus|ball|probe|tastkugel|taster(?:kugel)?|kugel)"
+_OF_TIP = r"(?:tip|stylus|(?:tip|probe|stylus)\W?ball|probe|tastkugel|taster(?:kugel)?)"
+_OF_EITHER = r"(?:ball|kugel)"
+"""The tip, or the sphere that it touches."""
 _OF_REFERENCE = (
-    r"(?:(?:reference|calibration|gauge|ref|cal)\W?)?(?:sphere|ring|reference|referenz\w*)"
+    r"(?:(?:reference|calibration|gauge|ref|cal|referenz|kalibrier|prüf|eich)\W?(?:ball|kugel)|"
+    r"(?:(?:reference|calibration|gauge|ref|cal)\W?)?(?:sphere|ring|reference|referenz\w*))"
 )
 _SIZE = r"\W{0,3}(?P<size>dia(?:meter)?|durchmesser|Ø|⌀|radius)"
 _VALUE = r"\W{0,3}(?P<value>\d+(?:[.,]\d+)?)\s*(?P<unit>mm|in(?:ch)?\b|\")?"
@@ -70,6 +73,11 @@ def refuse_contradictions(
     if given is not None:
         for line, where, diameter in _diameters(text, _OF_REFERENCE, unit, options.tip):
             _refuse_other(text.file, "reference", diameter, given, where, line, ("diameter",))
+    if options.tip_radius is not None:
+        tip = 2.0 * options.tip_radius
+        for line, where, diameter in _diameters(text, _OF_EITHER, unit, options.tip):
+            if given is None or abs(diameter - given) > _LARGEST_DIFFERENCE:
+                _refuse_other_ball(text.file, diameter, tip, given, where, line)
 
 
 def refuse_other_tip(
@@ -99,6 +107,21 @@ def _refuse_other(
             "one of them is wrong",
             line,
             inputs=inputs,
+        )
+
+
+def _refuse_other_ball(
+    file: SourceFile, stated: float, tip: float, reference: float | None, where: str, line: int
+) -> None:
+    """Refuse a ball that is neither the tip nor the sphere that it touches. [mm]"""
+    if abs(stated - tip) > _LARGEST_DIFFERENCE:
+        sphere = "" if reference is None else f" nor the reference of {reference:.6g} mm"
+        raise file.error(
+            f"{where} gives a ball a diameter of {stated:.6g} mm: it is "
+            f"{'neither' if sphere else 'not'} the tip of {tip:.6g} mm{sphere}. Correct the one "
+            "that is wrong, or name in the file what the ball is (tip diameter, sphere diameter)",
+            line,
+            inputs=("diameter", "tip_diameter", "map_file"),
         )
 
 

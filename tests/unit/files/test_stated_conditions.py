@@ -31,9 +31,11 @@ def read(header: str = "", cell: str = "", comment: str = "", options: ReadingOp
         ("tip dia [inch]", "0.125", "", "diameter of 3.175 mm"),
         ("", "", "# tip diameter: 5 mm", "line 1: this line gives the tip a diameter of 5 mm"),
         ("", "", "# Tastkugel Ø 4,0", "diameter of 4 mm"),
-        ("", "", "Ball radius = 2", "diameter of 4 mm"),
+        ("", "", "Probe ball radius = 2", "diameter of 4 mm"),
         ("sphere_diameter_mm", "30", "", "gives the reference a diameter of 30 mm, and 25 mm"),
         ("", "", "# reference sphere diameter 30", "reference a diameter of 30 mm"),
+        ("", "", "# Kalibrierkugel Durchmesser 30", "reference a diameter of 30 mm"),
+        ("cal_ball_dia_mm", "6", "", "gives the reference a diameter of 6 mm, and 25 mm"),
         ("compensated", "yes", "", "the control or the CMM compensated"),
         ("Radius comp.", "ON", "", "the control or the CMM compensated"),
     ],
@@ -58,6 +60,16 @@ def test_what_contradicts_the_job_is_refused_by_name(
 )
 def test_what_agrees_with_the_job_is_read(header: str, cell: str, comment: str) -> None:
     assert read(header, cell, comment) == 2
+
+
+@pytest.mark.parametrize("ball", ["25", "24.9987", "6", "5.95"])
+def test_a_ball_can_be_the_tip_or_the_sphere_that_it_touches(ball: str) -> None:
+    assert read("ball_diameter_mm", ball) == read(comment=f"# Kugel Ø {ball} mm") == 2
+    with pytest.raises(InputError) as raised:
+        read(comment="# ball diameter 20 mm")
+    assert "20 mm: it is neither the tip of 6 mm nor the reference of 25 mm" in str(raised.value)
+    with pytest.raises(InputError, match="it is not the tip of 6 mm"):
+        read(comment="# ball diameter 25", options=replace(JOB, reference_diameter=None))
 
 
 def test_a_tip_of_several_is_compared_when_it_is_chosen() -> None:
