@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.roles_of_columns import ColumnRoles
-from pretravel.files.source_file import SourceFile
+from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.text_table import TextTable
 
 _CONTACT = {
@@ -30,6 +30,15 @@ _COMPENSATED = re.compile(
     r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?comp(?:\.|ensated|ensation)?|kompensiert|"
     r"radiuskorrektur|korrigiert|corrected"
 )
+_COMPENSATED_BEFORE = re.compile(
+    r"\b(?:radius|tip|ball|probe|cutter)\W?(?:radius\W?)?(?:comp(?:\.|ensat(?:ion|ed))?|correct(?:ion|"
+    r"ed))\W*(?:is\b|was\b)?\W*(?:on|yes|true|1|active|ja|ein|G4[12])\b|"
+    r"\b(?:radiuskorrektur|G4[12])\W*(?:on|ein|ja|1|aktiv)\b|"
+    r"^\W*(?:(?:probe|tip|ball|radius)\W)?(?:compensated|kompensierte)\W(?:points?|positions?|"
+    r"coordinates?|data|punkte)\b",
+    re.IGNORECASE,
+)
+"""A line before the rows that says that the radius is subtracted already."""
 _OF_TIP = r"(?:tip|stylus|(?:tip|probe|stylus)\W?ball|probe|tastkugel|taster(?:kugel)?)"
 _OF_EITHER = r"(?:ball|kugel)"
 """The tip, or the sphere that it touches."""
@@ -66,6 +75,7 @@ def refuse_contradictions(
     _refuse_misses(text, roles)
     _refuse_other_units(text, roles, unit)
     _refuse_compensated(text, roles)
+    _refuse_compensated_before(text)
     if options.tip_radius is not None:
         for line, where, diameter in _diameters(text, _OF_TIP, unit, options.tip):
             refuse_other_tip(text.file, diameter, 2.0 * options.tip_radius, where, line)
@@ -171,6 +181,18 @@ def _refuse_compensated(text: TextTable, roles: ColumnRoles) -> None:
                 f"{text.title(i)} is '{cells[rows[0]]}' in this row: a position that the control "
                 "or the CMM compensated. The centre of the tip at the trigger is needed",
                 text.lines[rows[0]],
+            )
+
+
+def _refuse_compensated_before(text: TextTable) -> None:
+    """Refuse rows of which a line before them says that they are compensated."""
+    for line, words in text.before:
+        if _COMPENSATED_BEFORE.search(words):
+            raise text.file.error(
+                f"'{shortened(words)}': positions that the control or the CMM compensated. The "
+                "centre of the tip at the trigger is needed. If they are tip centres, leave this "
+                "line out",
+                line,
             )
 
 

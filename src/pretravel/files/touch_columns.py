@@ -28,7 +28,7 @@ from pretravel.files.roles_of_columns import (
     ColumnRoles,
     column_roles,
 )
-from pretravel.files.row_statements import unknown_lines
+from pretravel.files.row_statements import conditions_not_read, unknown_lines
 from pretravel.files.source_file import SourceFile
 from pretravel.files.stated_conditions import refuse_contradictions
 from pretravel.files.tables import read_parquet_table
@@ -156,7 +156,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         places={_own_name(role): i for role, i in roles.index.items()},
         separator="" if file.ending == ".parquet" else text.separator,
         whole=whole,
-        notes=unknown_lines(text.among),
+        notes=(*conditions_not_read(text.before), *unknown_lines(text.among)),
     )
 
 
@@ -319,13 +319,19 @@ def _unit(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> _Unit
     if not set(LENGTH_ROLES) & set(roles.index):
         return None
     own = {unit for role, unit in roles.units.items() if role in LENGTH_ROLES}
-    if not own and text.unit is not None:
-        own = {text.unit}
     if len(own) > 1:
         raise text.file.error(
             f"the columns have different units ({', '.join(sorted(own))}); one unit is read",
             text.header_line,
         )
+    if text.unit is not None:
+        if own and text.unit in LENGTH_UNITS and text.unit not in own:
+            raise text.file.error(
+                f"the header gives {own.pop()} and a line before it {text.unit}: correct the one "
+                "that is wrong",
+                text.header_line or None,
+            )
+        own = own or {text.unit}
     stated = options.units
     if own:
         unit = own.pop()

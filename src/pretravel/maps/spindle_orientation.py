@@ -81,7 +81,7 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
     Raises
     ------
     PretravelError
-        Both are stated, and differ.
+        Both are stated, and differ; or the touches are of several and the map states none.
     """
     made = pretravel_map.provenance
     head = _head(made.tip, made.orientation)
@@ -95,9 +95,20 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
             inputs=("map_file",),
         )
     made_at = made.spindle_deg
-    if made_at is None or touches.spindle is None:
+    if touches.spindle is None:
         return
     angles = touches.spindle / DEGREE
+    if made_at is None:
+        turned = np.flatnonzero(np.abs(_turn(angles - angles[0])) > SAME_ORIENTATION)
+        if len(turned) and (size := error_of_a_turn(pretravel_map)) > 0.0:
+            raise PretravelError(
+                f"the spindle turns among the touches (to {angles[turned[0]]:g}° at "
+                f"{touches.where(int(turned[0]))}, before at {angles[0]:g}°), and the map does not "
+                f"state its orientation: at another one it is wrong by up to {size * 1e3:.1f} µm. "
+                "Qualify with the orientation (column spindle_deg), and measure at that",
+                inputs=("map_file",),
+            )
+        return
     other = np.flatnonzero(np.abs(_turn(angles - made_at)) > SAME_ORIENTATION)
     if len(other):
         raise PretravelError(

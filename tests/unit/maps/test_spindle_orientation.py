@@ -77,6 +77,16 @@ def test_another_orientation_is_refused(command) -> None:  # type: ignore[no-unt
         command(with_spindle(touches, np.pi), made)
 
 
+def test_touches_at_several_orientations_are_not_of_a_map_that_states_none() -> None:
+    made, touches = _qualified(None), scene_of(Job("baseline", 4, "harmonic")).later_touches
+    turns = np.radians(np.where(np.arange(len(touches)) < 40, 0.0, 180.0))
+    apply(with_spindle(touches, np.pi), made)
+    with pytest.raises(
+        PretravelError, match=r"turns among the touches \(to 180° at .* before at 0"
+    ):
+        apply(replace(touches, spindle=turns), made)
+
+
 @pytest.mark.parametrize(
     ("of_map", "of_touches"),
     [
