@@ -65,13 +65,34 @@ def _head(tip: str, orientation: str) -> tuple[float, ...] | str:
 
 
 def tip_note(touches: Touches, pretravel_map: PretravelMap) -> str:
-    """A sentence where touches and map state tips of two names; empty where nothing differs."""
+    """A sentence where touches and map state tips of two names, or one of them alone states how
+    the head is turned; empty where nothing differs.
+    """
     mine, other = one_word(touches, "tip"), pretravel_map.provenance.tip
     if not (mine and other) or mine.casefold() == other.casefold():
-        return ""
+        return _head_note(touches, pretravel_map)
     return (
         f"the touches are of tip {mine}, the map is of tip {other}: another stylus has another "
         "pretravel. Qualify it, or give both one name"
+    )
+
+
+def _head_note(touches: Touches, pretravel_map: PretravelMap) -> str:
+    made = pretravel_map.provenance
+    mine = _head(one_word(touches, "tip"), one_word(touches, "orientation"))
+    other = _head(made.tip, made.orientation)
+    if bool(mine) == bool(other):
+        return ""
+    if mine:
+        named = one_word(touches, "orientation") or one_word(touches, "tip")
+        who = f"the touches are of the orientation {named}, the map states none"
+    else:
+        who = (
+            f"the map is of the orientation {made.orientation or made.tip}, the touches state none"
+        )
+    return (
+        f"{who}: if the head was turned, the pretravel is that of other directions, and U does not "
+        "contain this. Give both the orientation (column orientation)"
     )
 
 
