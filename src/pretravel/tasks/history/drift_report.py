@@ -120,7 +120,7 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
         notes=_notes(drift),
         warnings=(
             *_unseen_turns(history), *_unusable_warnings(history), *_undated_warnings(history),
-            *_gross(history),
+            *_gross(history), *_said_of_days(history),
         ),
     )  # fmt: skip
 
@@ -434,6 +434,35 @@ def _unusable_warnings(history: FolderDrift) -> list[str]:
 
 
 def _undated_warnings(history: FolderDrift) -> list[str]:
+    return [*_future(history), *_without_date(history)]
+
+
+def _future(history: FolderDrift) -> list[str]:
+    tomorrow = datetime.now() + timedelta(days=1)
+    late = [day.file.path.name for day in history.days if day.file.moment > tomorrow]
+    if not late:
+        return []
+    said = "that of the name, or the clock of this computer, is wrong, and trends with it"
+    return [f"{_shown(late)}: a date after today; {said}"]
+
+
+def _shown(names: Sequence[str]) -> str:
+    return ", ".join(names[:_NAMED]) + (" …" if len(names) > _NAMED else "")
+
+
+_NAMED = 3
+
+
+def _said_of_days(history: FolderDrift) -> list[str]:
+    """What is to be said of the touches of the days, each sentence once."""
+    files: dict[str, list[str]] = {}
+    for day in history.days:
+        for said in day.terms.warnings:
+            files.setdefault(said, []).append(day.file.path.name)
+    return [f"{_shown(names)}: {said}" for said, names in files.items()]
+
+
+def _without_date(history: FolderDrift) -> list[str]:
     undated = [day.file.path.name for day in history.days if not day.file.from_name]
     if not undated:
         return []
