@@ -213,9 +213,10 @@ class LaboratoryStatements:
         ):
             value = used.get(name)
             stated = [float("".join(each).replace(",", ".")) for each in pattern.findall(text)]
-            if isinstance(value, (int, float)) and stated:
-                if min(abs(each - value) for each in stated) > apart:
-                    yield name, f"it gives '{text}', and {value:g} is used"
+            if not (isinstance(value, (int, float)) and stated):
+                continue
+            if min(abs(each - value) for each in stated) > apart:
+                yield name, f"it gives '{text}', and {value:g} is used"
 
     def statements(self) -> Iterator[LaboratoryStatement]:
         """All statements in the order of the file."""
