@@ -70,5 +70,5 @@ def test_files_of_two_tips_are_no_series(tmp_path: Path) -> None:
     for radius in (2.5, 1.5):
         paths.append(tmp_path / f"{radius}.qif")
         write_readings(paths[-1], touches, radius)
-    with pytest.raises(InputError, match=r"1\.5.qif: gives the tip's diameter as 3 mm, and 2.5.qif"):
+    with pytest.raises(InputError, match=r"1\.5.qif: gives the tip.s diameter as 3 mm, and 2"):
         read_series(paths)
