@@ -105,6 +105,7 @@ _PART_WORDS = (
     "seriennr", "seriennummer", "werkstuck", "werkstucknr", "workpiece", "workpieceid",
     "workpieceno", "piece", "pieceno", "pieza", "pezzo", "numeropiece", "numerodeserie", "set",
     "setno", "setid", "series", "serie", "batch", "lot", "charge", "fixture", "spannung",
+    "machine", "machineno", "machinename", "machineid", "maschine", "maschinennr",
     "setup", "setupno", "pallet", "palette", "nest", "cavity", "kavitat",
 )  # fmt: skip
 _PASS_WORDS = (

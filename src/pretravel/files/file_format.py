@@ -183,6 +183,8 @@ class FileReadings:
         the file does not say.
     normals_taken : bool
         The file has no normals: they are those of `ReadingOptions.normals_from`.
+    frame : str
+        Coordinate system and angles of rotary axes, where columns of a table give them.
     """
 
     touches: Touches
@@ -193,6 +195,7 @@ class FileReadings:
     tip_radius: float | None = None
     unfinished: str = ""
     normals_taken: bool = False
+    frame: str = ""
 
     @property
     def placement(self) -> Placement:
@@ -263,6 +266,8 @@ class FilePositions:
     warnings : tuple of str
     lacks : tuple of str
         What a file that is looked at does not state.
+    frame : str
+        As of `FileReadings`.
     """
 
     path: str
@@ -278,6 +283,7 @@ class FilePositions:
     words: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     lacks: tuple[str, ...] = ()
+    frame: str = ""
 
     def take(self, rows: npt.ArrayLike) -> FilePositions:
         """The positions of the given rows (indices or a mask), in that order.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 
 
@@ -189,6 +189,35 @@ class LaboratoryStatements:
                 return str(getattr(self.standards, key.name))
         return ""
 
+    def contradictions(self, used: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+        """What is stated against the settings of a task.
+
+        Parameters
+        ----------
+        used : mapping of str to value
+            Settings by their names, of which diameter, tip_diameter [mm] and temperature [°C] are
+            compared with numbers in the statements that have their unit.
+
+        Returns
+        -------
+        iterator of setting and sentence
+
+        >>> stated = LaboratoryStatements(reference=ReferenceIdentity("sphere 30 mm, grade 5"))
+        >>> [said for _, said in stated.contradictions({"diameter": 24.9987})]
+        ["it gives 'sphere 30 mm, grade 5', and 24.9987 is used"]
+        """
+        for name, text, pattern, apart in (
+            ("diameter", self.reference.description, _MILLIMETRES, _DIAMETERS_APART),
+            ("tip_diameter", self.instrument.stylus, _OF_TIP, _DIAMETERS_APART),
+            ("temperature", self.conditions.temperature, _DEGREES, _TEMPERATURES_APART),
+        ):
+            value = used.get(name)
+            stated = [float("".join(each).replace(",", ".")) for each in pattern.findall(text)]
+            if not (isinstance(value, (int, float)) and stated):
+                continue
+            if min(abs(each - value) for each in stated) > apart:
+                yield name, f"it gives '{text}', and {value:g} is used"
+
     def statements(self) -> Iterator[LaboratoryStatement]:
         """All statements in the order of the file."""
         for table in fields(self):
@@ -199,6 +228,17 @@ class LaboratoryStatements:
                 )
 
 
+_MILLIMETRES = re.compile(r"(\d+(?:[.,]\d+)?) ?mm\b")
+_OF_TIP = re.compile(
+    r"(?:\b(?:tip|ball|kugel)\W{0,3}(?:Ø|⌀|dia(?:meter)?)?\W{0,2}|[Ø⌀]\W?)(\d+(?:[.,]\d+)?) ?mm\b|"
+    r"(\d+(?:[.,]\d+)?) ?mm[- ](?:tip|ball|kugel)\b",
+    re.IGNORECASE,
+)
+_DEGREES = re.compile(r"^\D{0,3}(-?\d+(?:[.,]\d+)?)")
+_DIAMETERS_APART = 0.5
+"""Of a nominal diameter and a calibrated or effective one. [mm]"""
+_TEMPERATURES_APART = 1.0
+"""Of a room and a ruler in it. [K]"""
 CERTIFICATE_TABLES = (
     "laboratory",
     "certificate",

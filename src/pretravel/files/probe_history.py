@@ -38,6 +38,10 @@ _COLUMNS = (
 )  # fmt: skip
 _TOUCHES_ID = "touches_id"
 """Digest of the touches; entries of earlier versions lack it."""
+_UNSEEN = "unseen_turn_deg"
+"""A turn that these directions cannot show; only in entries of such directions."""
+_LATER = (_TOUCHES_ID, _UNSEEN)
+"""What entries can lack."""
 _TEXTS = ("time", "map", "map_id", "touches_file", "decision", _TOUCHES_ID)
 _ALWAYS_THERE = ("tip_diameter_mm", "touches", "directions", "false_alarm_rate", "changed")
 _LARGEST = 1e9
@@ -125,6 +129,9 @@ def add_verification(
     )
     values = {name: _storable(value) for name, value in zip(_COLUMNS, row, strict=True)}
     values[_TOUCHES_ID] = result.touches_digest
+    if result.unseen_turn is not None:
+        values |= {"turn_deg": None, "u_turn_deg": None}
+        values[_UNSEEN] = result.unseen_turn.angle / DEGREE
     line = json.dumps({"schema": _SCHEMA, "version": HISTORY_VERSION} | values) + "\n"
     path = Path(path)
     _refuse_without_folder(path)
@@ -294,15 +301,15 @@ def _entry(file: SourceFile, number: int, line: bytes) -> Entry:
             f"{HISTORY_VERSION}",
             number,
         )
-    found.setdefault(_TOUCHES_ID, None)
-    if set(found) != {*_COLUMNS, _TOUCHES_ID}:
-        wrong = sorted(set(found) ^ {*_COLUMNS, _TOUCHES_ID})[0]
+    found = dict.fromkeys(_LATER) | found
+    if set(found) != {*_COLUMNS, *_LATER}:
+        wrong = sorted(set(found) ^ {*_COLUMNS, *_LATER})[0]
         what = "has an unknown key" if wrong in found else "lacks the key"
         raise file.error(f"the entry is damaged: it {what} {wrong!r:.60}", number)
     for name, value in found.items():
         if not _fits(name, value):
             raise file.error(f"the entry is damaged: {name} is {value!r:.60}", number)
-    return Entry(number, {name: found[name] for name in (*_COLUMNS, _TOUCHES_ID)})
+    return Entry(number, {name: found[name] for name in (*_COLUMNS, *_LATER)})
 
 
 def _storable(value: float | int | str) -> float | int | str | None:

@@ -86,6 +86,7 @@ def read_readings(
     if options.radius_taken_off:
         _refuse_one_radius_of_several_tips(found, file)
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
+    readings = replace(readings, frame=found.frame)
     if readings.tip_radius is not None and options.tip_radius is not None:
         refuse_other_tip(file, 2.0 * readings.tip_radius, 2.0 * options.tip_radius)
     if readings is found and (options.plan or options.normal):

@@ -244,10 +244,42 @@ _CHANGES_ROWS = re.compile(
     rf"\b(?:turn|flipp|mov|shift)ed\W+(?:(?:the|a)\W+)*{_THINGS}\b|"
     r"\b\d+(?:[.,]\d+)? ?mm (?:ball|tip|stylus|kugel|taster)\b|"
     r"^\W*(?:fast|slow|schnell|langsam)(?:ly)?(?: (?:pass|touch)\w*)?\W*$|"
-    r"^\W*T\d+\b",
+    r"^\W*T\d+\b|"
+    r"\b(?:feed|vorschub|avance)(?:rate)?\W*(?:[:=]\W*)?\d|"
+    r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$|"
+    r"\b[ABC]\W(?:axis|achse)\b|\b(?:axis|achse)\W[ABC]\b|"
+    r"\b(?:coordinate|koordinaten)\W?(?:system)\w*|\b(?:offset|origin|scale|scaling|skalier\w*|"
+    r"mirror\w*|gespiegelt|nullpunkt\w*|versatz|polar|cartesian|kartesisch)\b|"
+    r"\b(?:re-?qualif|re-?calibrat|re-?home|re-?zero|neu kalibriert|neu eingemessen)\w*|"
+    r"\b(?:machine|maschine)\W*(?:[:=#]|[A-Z]?\d|[A-Z]\b)|"
+    r"\bdirections?\W+(?:(?:is|was|now)\W+)*(?:revers|chang|turn|invert)\w*",
     re.IGNORECASE,
 )
 """Comments that change what rows mean. One that only speaks of a tip or a part is named."""
+
+
+_CONDITIONS = re.compile(
+    r"\b(?:feed|vorschub|avance)(?:rate)?\W*(?:[:=]\W*)?\d|\bspind(?:le|el)\b.*\d|"
+    r"\btemp(?:eratur\w*|\.)?\W*(?:[:=]\W*)?-?\d|"
+    r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$|"
+    r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\b\W*)?[-+]?\d",
+    re.IGNORECASE,
+)
+"""Lines before the rows that state what points depend on, and no option or column reads."""
+
+
+def conditions_not_read(before: Sequence[Record]) -> tuple[str, ...]:
+    """A sentence that names conditions that lines before a table state.
+
+    >>> conditions_not_read([(1, "# part 7"), (2, "# Feed: 500 mm/min")])
+    ("not read: line 2 '# Feed: 500 mm/min'. Give what it states in a column or as an option",)
+    """
+    found = [(number, line) for number, line in before if _CONDITIONS.search(line)]
+    if not found:
+        return ()
+    shown = ", ".join(f"line {number} '{shortened(text)}'" for number, text in found[:_SHOWN])
+    more = " …" if len(found) > _SHOWN else ""
+    return (f"not read: {shown}{more}. Give what it states in a column or as an option",)
 
 
 def comments_among(

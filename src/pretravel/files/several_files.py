@@ -113,6 +113,9 @@ def read_series(
         _at(readings.in_machine_axes(), angle)
         for readings, angle in zip(found, angles, strict=True)
     ]
+    _refuse_different(paths, [readings.frame for readings in found], "coordinates", ())
+    tips = [f"{2.0 * r.tip_radius:.4g} mm" if r.tip_radius else "" for r in found]
+    _refuse_different(paths, tips, "tip's diameter", ("tip_diameter",))
     touches = _one_series(paths, [readings.touches for readings in found])
     rest = [name for name in options.exclude if not any(name in names for names in own)]
     for name in rest:
@@ -147,6 +150,21 @@ def read_series(
         ),
         normals_taken=any(readings.normals_taken for readings in found),
     )
+
+
+def _refuse_different(
+    paths: Sequence[Path], stated: Sequence[str], what: str, inputs: tuple[str, ...]
+) -> None:
+    """Refuse files that state two values of what is one in a series; others state none."""
+    there = [(path.name, value) for path, value in zip(paths, stated, strict=True) if value]
+    for name, value in there[1:]:
+        if value != there[0][1]:
+            raise InputError(
+                f"gives the {what} as {value}, and {there[0][0]} as {there[0][1]}: files of one "
+                "series have one. Read them separately",
+                path=name,
+                inputs=inputs,
+            )
 
 
 def _copied(touches: Touches) -> tuple[str, ...]:

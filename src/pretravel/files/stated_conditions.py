@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.roles_of_columns import ColumnRoles
-from pretravel.files.source_file import SourceFile
+from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.text_table import TextTable
 
 _CONTACT = {
@@ -30,9 +30,21 @@ _COMPENSATED = re.compile(
     r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?comp(?:\.|ensated|ensation)?|kompensiert|"
     r"radiuskorrektur|korrigiert|corrected"
 )
-_OF_TIP = r"(?:tip|stylus|ball|probe|tastkugel|taster(?:kugel)?|kugel)"
+_COMPENSATED_BEFORE = re.compile(
+    r"\b(?:radius|tip|ball|probe|cutter)\W?(?:radius\W?)?(?:comp(?:\.|ensat(?:ion|ed))?|correct(?:ion|"
+    r"ed))\W*(?:is\b|was\b)?\W*(?:on|yes|true|1|active|ja|ein|G4[12])\b|"
+    r"\b(?:radiuskorrektur|G4[12])\W*(?:on|ein|ja|1|aktiv)\b|"
+    r"^\W*(?:(?:probe|tip|ball|radius)\W)?(?:compensated|kompensierte)\W(?:points?|positions?|"
+    r"coordinates?|data|punkte)\b",
+    re.IGNORECASE,
+)
+"""A line before the rows that says that the radius is subtracted already."""
+_OF_TIP = r"(?:tip|stylus|(?:tip|probe|stylus)\W?ball|probe|tastkugel|taster(?:kugel)?)"
+_OF_EITHER = r"(?:ball|kugel)"
+"""The tip, or the sphere that it touches."""
 _OF_REFERENCE = (
-    r"(?:(?:reference|calibration|gauge|ref|cal)\W?)?(?:sphere|ring|reference|referenz\w*)"
+    r"(?:(?:reference|calibration|gauge|ref|cal|referenz|kalibrier|prüf|eich)\W?(?:ball|kugel)|"
+    r"(?:(?:reference|calibration|gauge|ref|cal)\W?)?(?:sphere|ring|reference|referenz\w*))"
 )
 _SIZE = r"\W{0,3}(?P<size>dia(?:meter)?|durchmesser|Ø|⌀|radius)"
 _VALUE = r"\W{0,3}(?P<value>\d+(?:[.,]\d+)?)\s*(?P<unit>mm|in(?:ch)?\b|\")?"
@@ -63,6 +75,7 @@ def refuse_contradictions(
     _refuse_misses(text, roles)
     _refuse_other_units(text, roles, unit)
     _refuse_compensated(text, roles)
+    _refuse_compensated_before(text)
     if options.tip_radius is not None:
         for line, where, diameter in _diameters(text, _OF_TIP, unit, options.tip):
             refuse_other_tip(text.file, diameter, 2.0 * options.tip_radius, where, line)
@@ -70,6 +83,11 @@ def refuse_contradictions(
     if given is not None:
         for line, where, diameter in _diameters(text, _OF_REFERENCE, unit, options.tip):
             _refuse_other(text.file, "reference", diameter, given, where, line, ("diameter",))
+    if options.tip_radius is not None:
+        tip = 2.0 * options.tip_radius
+        for line, where, diameter in _diameters(text, _OF_EITHER, unit, options.tip):
+            if given is None or abs(diameter - given) > _LARGEST_DIFFERENCE:
+                _refuse_other_ball(text.file, diameter, tip, given, where, line)
 
 
 def refuse_other_tip(
@@ -99,6 +117,21 @@ def _refuse_other(
             "one of them is wrong",
             line,
             inputs=inputs,
+        )
+
+
+def _refuse_other_ball(
+    file: SourceFile, stated: float, tip: float, reference: float | None, where: str, line: int
+) -> None:
+    """Refuse a ball that is neither the tip nor the sphere that it touches. [mm]"""
+    if abs(stated - tip) > _LARGEST_DIFFERENCE:
+        sphere = "" if reference is None else f" nor the reference of {reference:.6g} mm"
+        raise file.error(
+            f"{where} gives a ball a diameter of {stated:.6g} mm: it is "
+            f"{'neither' if sphere else 'not'} the tip of {tip:.6g} mm{sphere}. Correct the one "
+            "that is wrong, or name in the file what the ball is (tip diameter, sphere diameter)",
+            line,
+            inputs=("diameter", "tip_diameter", "map_file"),
         )
 
 
@@ -148,6 +181,18 @@ def _refuse_compensated(text: TextTable, roles: ColumnRoles) -> None:
                 f"{text.title(i)} is '{cells[rows[0]]}' in this row: a position that the control "
                 "or the CMM compensated. The centre of the tip at the trigger is needed",
                 text.lines[rows[0]],
+            )
+
+
+def _refuse_compensated_before(text: TextTable) -> None:
+    """Refuse rows of which a line before them says that they are compensated."""
+    for line, words in text.before:
+        if _COMPENSATED_BEFORE.search(words):
+            raise text.file.error(
+                f"'{shortened(words)}': positions that the control or the CMM compensated. The "
+                "centre of the tip at the trigger is needed. If they are tip centres, leave this "
+                "line out",
+                line,
             )
 
 

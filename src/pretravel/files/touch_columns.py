@@ -28,7 +28,7 @@ from pretravel.files.roles_of_columns import (
     ColumnRoles,
     column_roles,
 )
-from pretravel.files.row_statements import unknown_lines
+from pretravel.files.row_statements import conditions_not_read, unknown_lines
 from pretravel.files.source_file import SourceFile
 from pretravel.files.stated_conditions import refuse_contradictions
 from pretravel.files.tables import read_parquet_table
@@ -67,6 +67,8 @@ class TouchColumns:
         Rows are of several tips or parts, perhaps: the table is read as a whole.
     notes : tuple of str
         Comments between the rows, as a sentence.
+    frame : str
+        Coordinate system and angles of rotary axes that columns give, the same in all rows.
     """
 
     table: CsvTable
@@ -78,6 +80,7 @@ class TouchColumns:
     separator: str = ""
     whole: bool = False
     notes: tuple[str, ...] = ()
+    frame: str = ""
 
     def title(self, *roles: str) -> str:
         """The file's names of columns, for messages."""
@@ -121,6 +124,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     unit = _unit(text, roles, options)
     decimal = _decimal(text, roles, options)
     whole = bool({*roles.index} & {*WORD_COLUMNS, *ROTARY_ROLES, FRAME_ROLE})
+    frame = _frame(text, roles)
     roles = _without_counts(text, _of_one_frame(text, roles))
     text, roles = _without_rotary(text, roles)
     refuse_contradictions(text, roles, options, NO_UNIT if unit is None else unit.name)
@@ -156,8 +160,20 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         places={_own_name(role): i for role, i in roles.index.items()},
         separator="" if file.ending == ".parquet" else text.separator,
         whole=whole,
-        notes=unknown_lines(text.among),
+        frame=frame,
+        notes=(*conditions_not_read(text.before), *unknown_lines(text.among)),
     )
+
+
+def _frame(text: TextTable, roles: ColumnRoles) -> str:
+    """Coordinate system and rotary axes of the first row, in words."""
+    there = [role for role in (FRAME_ROLE, *ROTARY_ROLES) if role in roles.index]
+    cells = {role: text.column(roles.index[role])[0] for role in there}
+    angles = {role: _angle(cell) for role, cell in cells.items() if role in ROTARY_ROLES}
+    words = {
+        role: cells[role] if angles.get(role) is None else f"{angles[role]:g}" for role in there
+    }
+    return ", ".join(f"{text.title(roles.index[role])} {words[role]}" for role in there)
 
 
 def _of_one_frame(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
@@ -319,13 +335,19 @@ def _unit(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> _Unit
     if not set(LENGTH_ROLES) & set(roles.index):
         return None
     own = {unit for role, unit in roles.units.items() if role in LENGTH_ROLES}
-    if not own and text.unit is not None:
-        own = {text.unit}
     if len(own) > 1:
         raise text.file.error(
             f"the columns have different units ({', '.join(sorted(own))}); one unit is read",
             text.header_line,
         )
+    if text.unit is not None:
+        if own and text.unit in LENGTH_UNITS and text.unit not in own:
+            raise text.file.error(
+                f"the header gives {own.pop()} and a line before it {text.unit}: correct the one "
+                "that is wrong",
+                text.header_line or None,
+            )
+        own = own or {text.unit}
     stated = options.units
     if own:
         unit = own.pop()

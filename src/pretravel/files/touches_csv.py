@@ -130,6 +130,7 @@ def touches_or_positions(
             approaches=_optional_vectors(table, _APPROACH),
             words=_words(table),
             warnings=columns.notes,
+            frame=columns.frame,
         )
         round_one = options.reference_diameter is not None or options.ring
         given = options.plan or options.normal or options.normals_from
@@ -145,7 +146,7 @@ def touches_or_positions(
         return found
     table.require(*_POSITION, *_NORMAL, what="touches")
     touches, warnings = touches_of_columns(file, columns, options)
-    return FileReadings(touches, warnings=warnings)
+    return FileReadings(touches, warnings=warnings, frame=columns.frame)
 
 
 def touches_of_columns(

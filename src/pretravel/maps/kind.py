@@ -63,6 +63,8 @@ class MapFit:
     fixed_scatter : float
         Standard deviation between touches in different directions that repeats do not reduce:
         hysteresis, the step of a scale, the form of the reference. [mm]
+    contains_hidden : bool
+        Whether the covariances contain pretravel of usual shape that the directions hide.
     """
 
     observation: Observation
@@ -80,6 +82,7 @@ class MapFit:
     tip_radius: float | None = None
     noise_is_repeatability: bool = False
     fixed_scatter: float = 0.0
+    contains_hidden: bool = False
 
 
 @dataclass(frozen=True, eq=False)

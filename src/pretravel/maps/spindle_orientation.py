@@ -65,13 +65,34 @@ def _head(tip: str, orientation: str) -> tuple[float, ...] | str:
 
 
 def tip_note(touches: Touches, pretravel_map: PretravelMap) -> str:
-    """A sentence where touches and map state tips of two names; empty where nothing differs."""
+    """A sentence where touches and map state tips of two names, or one of them alone states how
+    the head is turned; empty where nothing differs.
+    """
     mine, other = one_word(touches, "tip"), pretravel_map.provenance.tip
     if not (mine and other) or mine.casefold() == other.casefold():
-        return ""
+        return _head_note(touches, pretravel_map)
     return (
         f"the touches are of tip {mine}, the map is of tip {other}: another stylus has another "
         "pretravel. Qualify it, or give both one name"
+    )
+
+
+def _head_note(touches: Touches, pretravel_map: PretravelMap) -> str:
+    made = pretravel_map.provenance
+    mine = _head(one_word(touches, "tip"), one_word(touches, "orientation"))
+    other = _head(made.tip, made.orientation)
+    if bool(mine) == bool(other):
+        return ""
+    if mine:
+        named = one_word(touches, "orientation") or one_word(touches, "tip")
+        who = f"the touches are of the orientation {named}, the map states none"
+    else:
+        who = (
+            f"the map is of the orientation {made.orientation or made.tip}, the touches state none"
+        )
+    return (
+        f"{who}: if the head was turned, the pretravel is that of other directions, and U does not "
+        "contain this. Give both the orientation (column orientation)"
     )
 
 
@@ -81,7 +102,7 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
     Raises
     ------
     PretravelError
-        Both are stated, and differ.
+        Both are stated, and differ; or the touches are of several and the map states none.
     """
     made = pretravel_map.provenance
     head = _head(made.tip, made.orientation)
@@ -95,9 +116,20 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
             inputs=("map_file",),
         )
     made_at = made.spindle_deg
-    if made_at is None or touches.spindle is None:
+    if touches.spindle is None:
         return
     angles = touches.spindle / DEGREE
+    if made_at is None:
+        turned = np.flatnonzero(np.abs(_turn(angles - angles[0])) > SAME_ORIENTATION)
+        if len(turned) and (size := error_of_a_turn(pretravel_map)) > 0.0:
+            raise PretravelError(
+                f"the spindle turns among the touches (to {angles[turned[0]]:g}° at "
+                f"{touches.where(int(turned[0]))}, before at {angles[0]:g}°), and the map does not "
+                f"state its orientation: at another one it is wrong by up to {size * 1e3:.1f} µm. "
+                "Qualify with the orientation (column spindle_deg), and measure at that",
+                inputs=("map_file",),
+            )
+        return
     other = np.flatnonzero(np.abs(_turn(angles - made_at)) > SAME_ORIENTATION)
     if len(other):
         raise PretravelError(

@@ -24,8 +24,6 @@ from pretravel.maps import (
     PretravelMap,
     QualificationSetup,
     Scatter,
-    error_of_a_turn,
-    hidden_lobes,
     refuse_other_orientation,
     tip_note,
 )
@@ -40,6 +38,7 @@ from pretravel.qualification.probe_drift import (
     possible_drifts,
     spread_of,
 )
+from pretravel.qualification.unseen_turn import unseen_in
 from pretravel.touches import Touches
 from pretravel.uncertainty import Covariance
 
@@ -203,17 +202,17 @@ def update_map(
         observation, posterior, noise = usual
         p_value = _p_value(posterior.assumed.statistic, freedom, noise.dof)
         raise PretravelError(_refusal(touches, observation, posterior, p_value, noise))
-    if hidden_lobes(observation) is not None and error_of_a_turn(old_map) > 0.0:
-        noted.append(_HIDDEN_TURN)
+    if (unseen := unseen_in(usual[0], old_map)) is not None:
+        noted.append(f"{unseen}. {_TOUCH_AROUND}")
     warnings = (*noted, *_warnings(p_value, posterior, old_map, observation.repeats))
     updated = _updated(touches, state, posterior, noise, setup)
     changes = usual[1].innovations
     return _result(updated, state, observation, posterior, (p_value, noise, warnings, changes))
 
 
-_HIDDEN_TURN = (
-    "in these directions the lobes look like a shift of the reference: a probe that has turned in "
-    "its holder would fit them as well. Touch the directions of a plan, or eight around the axis"
+_TOUCH_AROUND = (
+    "A probe that has turned in its holder would fit these touches as well: touch the directions "
+    "of a plan, or eight around the axis"
 )
 
 

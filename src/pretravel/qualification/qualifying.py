@@ -411,6 +411,8 @@ def _fitted(ready: PreparedTouches, kind: KindOfMap) -> tuple[MapFit, CenteredFi
 
 def _centered(ready: PreparedTouches, kind: KindOfMap, fit: MapFit) -> CenteredFit:
     centered = kind.centered(fit, ready.setup.axial_pretravel)
+    if fit.contains_hidden:
+        return centered
     lobes = hidden_lobes(fit.observation)
     if lobes is None or fit.observation.direction_count < FEWEST_OF_SIX_SEATS:
         return centered

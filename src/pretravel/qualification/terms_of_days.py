@@ -22,6 +22,7 @@ from pretravel.qualification.drifts import DailyQuantity
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.probe_drift import slope_around_axis
 from pretravel.qualification.qualifying import prepare
+from pretravel.qualification.unseen_turn import USUAL_RATE, UnseenTurn, unseen_turn
 from pretravel.qualification.verification import touches_beside_map
 from pretravel.touches import Touches
 
@@ -53,6 +54,8 @@ class DayTerms:
     gross : tuple of Outlier
         Touches that were left out.
     warnings : tuple of str
+    unseen_turn : UnseenTurn, optional
+        A turn that these directions cannot show; `turn` is then not a number.
     """
 
     touches: int
@@ -70,6 +73,7 @@ class DayTerms:
     feed: float
     gross: tuple[Outlier, ...] = ()
     warnings: tuple[str, ...] = ()
+    unseen_turn: UnseenTurn | None = None
 
 
 def day_terms(
@@ -104,6 +108,9 @@ def day_terms(
     compared = found.kept
     change, covariance, rest = _fitted(compared)
     u = np.sqrt(np.diagonal(covariance))
+    unseen = None if own else unseen_turn(compared, pretravel_map, USUAL_RATE)
+    if unseen is not None:
+        change[2] = u[2] = math.nan
     travel = 0.0 if delay is None else delay.u_delay * float(np.mean(travel_per_second(touches)))
     form, u_form = (math.nan, math.nan) if own else _form(compared, rest)
     return DayTerms(
@@ -122,6 +129,7 @@ def day_terms(
         feed=math.nan if touches.feeds is None else float(touches.feeds.max()),
         gross=found.gross,
         warnings=(*found.feed_warnings, *found.machine_warnings),
+        unseen_turn=unseen,
     )
 
 

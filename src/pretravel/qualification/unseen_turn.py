@@ -7,14 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base import DEGREE, FloatArray, probe_rotation
-from pretravel.maps import PretravelMap, over_support
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, probe_rotation
+from pretravel.maps import Observation, PretravelMap, over_support
 from pretravel.qualification.change_tests import (
     TESTS,
     TouchesAndMap,
     noncentrality,
+    touches_and_map,
     turned_value,
 )
+
+USUAL_RATE = 0.01
+"""False alarms of all tests of a verification together."""
 
 _ANGLES = np.arange(30.0, 360.0, 30.0) * DEGREE
 _CLEAR = 2.0
@@ -39,6 +43,32 @@ class UnseenTurn:
     angle: float
     change: float
 
+    def __str__(self) -> str:
+        return (
+            "in these directions a turn of the probe looks like a shift of the reference, although "
+            f"a turn of {self.angle / DEGREE:.0f}° changes the map by up to "
+            f"{self.change / MICROMETRE:.1f} µm"
+        )
+
+
+def unseen_in(observation: Observation, pretravel_map: PretravelMap) -> UnseenTurn | None:
+    """The same of touches that are not compared with the map, which can be of few directions.
+
+    Parameters
+    ----------
+    observation : Observation
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    UnseenTurn or None
+    """
+    if observation.direction_count < observation.axes + 2:  # a shift fits whatever they show
+        return _largest(
+            pretravel_map, observation.axes, pretravel_map.repeatability, USUAL_RATE / TESTS
+        )
+    return unseen_turn(touches_and_map(observation, pretravel_map, 0.0), pretravel_map, USUAL_RATE)
+
 
 def unseen_turn(
     compared: TouchesAndMap, pretravel_map: PretravelMap, false_alarm_rate: float
@@ -60,19 +90,28 @@ def unseen_turn(
         None also where no turn changes the map by much.
     """
     axes, rate = compared.observation.axes, false_alarm_rate / TESTS
+    u_of_direction = math.sqrt(float(np.median(np.diagonal(compared.covariance))))
+    largest = _largest(pretravel_map, axes, u_of_direction, rate)
+    if largest is None:
+        return None
+    seen = turned_value(compared.observation, pretravel_map, largest.angle) - compared.value
+    if seen @ compared.weights @ seen >= noncentrality(len(seen) - axes, rate):
+        return None
+    return largest
+
+
+def _largest(
+    pretravel_map: PretravelMap, axes: int, u_of_direction: float, rate: float
+) -> UnseenTurn | None:
+    """The turn that changes the map most; None where that is not much beside the noise."""
     directions, value, _ = over_support(pretravel_map)
     changes = np.array(
         [_change(pretravel_map, directions, value, axes, angle) for angle in _ANGLES]
     )
     worst = int(np.argmax(changes > _ALIKE * changes.max()))
-    u_of_direction = math.sqrt(float(np.median(np.diagonal(compared.covariance))))
     if changes[worst] < _CLEAR * math.sqrt(noncentrality(1, rate)) * u_of_direction:
         return None
-    angle = float(_ANGLES[worst])
-    seen = turned_value(compared.observation, pretravel_map, angle) - compared.value
-    if seen @ compared.weights @ seen >= noncentrality(len(seen) - axes, rate):
-        return None
-    return UnseenTurn(angle, float(changes[worst]))
+    return UnseenTurn(float(_ANGLES[worst]), float(changes[worst]))
 
 
 def _change(

@@ -378,12 +378,24 @@ class LaboratoryReport(Reported):
     ] = None
 
     def statements(self) -> LaboratoryStatements | None:
-        """What the file of the laboratory states; None without a file."""
+        """What the file of the laboratory states; None without a file.
+
+        Raises
+        ------
+        PretravelError
+            It contradicts a setting.
+        """
         if self.lab is None:
             return None
         from pretravel.files import read_laboratory
 
-        return read_laboratory(self.lab)
+        found = read_laboratory(self.lab)
+        for setting, said in found.contradictions(vars(self)):
+            raise PretravelError(
+                f"{self.lab.name} contradicts what is used: {said}. Correct the one that is wrong",
+                inputs=("lab", setting),
+            )
+        return found
 
     def statements_left_out(self) -> list[str]:
         """A warning where nothing that is shown or written contains the laboratory's statements."""

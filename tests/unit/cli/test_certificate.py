@@ -58,6 +58,28 @@ def test_everything_that_is_stated_is_printed(command: tuple[object, ...], tmp_p
     assert places == sorted(places)
 
 
+@pytest.mark.parametrize(
+    ("table", "key", "wrong", "right"),
+    [
+        ("reference", "description", "Sphere Ø 30 mm", "Sphere Ø 25 mm on a post of 10 mm"),
+        ("instrument", "stylus", "M2, 50 mm, tip 4 mm", "M2, 50 mm, ball Ø 6 mm"),
+        ("instrument", "stylus", "50 mm, 4 mm ball", "M4, 50 mm"),
+    ],
+)
+def test_statements_that_contradict_what_is_used_are_refused(
+    table: str, key: str, wrong: str, right: str, tmp_path: Path
+) -> None:
+    lab = tmp_path / "lab.toml"
+    for text, code in ((wrong, 2), (right, 0)):
+        lab.write_text(f'[{table}]\n{key} = "{text}"\n')
+        told = run(*CHECK, "--lab", lab, "-o", tmp_path / "result.json", code=code)
+        assert (f"it gives '{text}', and" in told) == (code == 2)
+    lab.write_text('[conditions]\ntemperature = "23.0 °C, u = 0.5 °C"\n')
+    run("rig", RIG, "--temperature", 23, "--lab", lab, "-o", tmp_path / "rig.json")
+    told = run("rig", RIG, "--lab", lab, "-o", tmp_path / "rig.json", code=2)
+    assert "--temperature" in told
+
+
 def test_no_command_and_no_long_digest_is_printed(tmp_path: Path) -> None:
     content = _content(tmp_path, filled_file(tmp_path), "rig", RIG)
     page = _printed(content)

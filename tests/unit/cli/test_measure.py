@@ -199,6 +199,7 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
         (["--group", "--form-tolerance", "nan"], "is empty|nan"),
         (["--select", "bore1-1"], "bore1-1: a circle needs at least 3 points"),
         ([], "points of two features"),
+        (["--select", "bore1*", "--tolerance", "0.787..0.788"], r"look like inches \(20.0025 mm\)"),
     ],
 )
 def test_messages(points_file: Path, arguments: list[object], message: str) -> None:
@@ -393,6 +394,26 @@ def test_the_association_of_each_feature_of_a_file(points_file: Path, tmp_path: 
     assert "line 5" in told
     assert "a line has no association 'inscribed', which is for circle, bore" in told
     assert "--association" not in told
+
+
+@pytest.mark.parametrize(
+    ("limits", "nominal", "message"),
+    [
+        ("20.0..20.02", 20, ""),
+        ("20.0..20.02", 21, "bore1: the nominal size is 21 mm, and the limits are 20 to 20.02 mm"),
+        ("+0.02/0", 0.7875, r"look like inches \(20.2565 mm"),
+    ],
+)
+def test_a_drawing_that_contradicts_itself_or_the_part_in_its_unit(
+    points_file: Path, tmp_path: Path, limits: str, nominal: float, message: str
+) -> None:
+    features = tmp_path / "features.toml"
+    features.write_text(
+        '[[feature]]\nlabel = "bore1"\nkind = "bore"\nselect = "bore1*"\n'
+        f'tolerance = "{limits}"\nnominal_mm = {nominal}\n'
+    )
+    told = run("measure", points_file, "--drawing", features, code=2 if message else 0)
+    assert re.search(message, told), told
 
 
 def test_the_words_of_the_option_are_those_of_the_library() -> None:

@@ -144,6 +144,13 @@ class TestCommand:
         assert any("no map of the probe is given" in warning for warning in warnings)
         assert "check at another radius" in out
         assert "one angle is needed for each file" in run("axis", *files[1:], *stated, code=2)
+        turned = files[1].with_name("turned.csv")
+        for angle, code in ((60, 0), (-60, 2)):
+            text = files[1].read_text().splitlines()
+            text = [text[0] + ",c_deg", *(f"{line},{angle}" for line in text[1:])]
+            turned.write_text("\n".join(text))
+            told = run("axis", files[0], turned, *files[2:], *stated, code=code)
+            assert ("gives c_deg -60, and the angle 60" in told) == (code == 2)
         moved = []
         for path in files:
             cells = [line.split(",") for line in path.read_text().splitlines()[1:]]

@@ -31,9 +31,13 @@ def read(header: str = "", cell: str = "", comment: str = "", options: ReadingOp
         ("tip dia [inch]", "0.125", "", "diameter of 3.175 mm"),
         ("", "", "# tip diameter: 5 mm", "line 1: this line gives the tip a diameter of 5 mm"),
         ("", "", "# Tastkugel Ø 4,0", "diameter of 4 mm"),
-        ("", "", "Ball radius = 2", "diameter of 4 mm"),
+        ("", "", "Probe ball radius = 2", "diameter of 4 mm"),
         ("sphere_diameter_mm", "30", "", "gives the reference a diameter of 30 mm, and 25 mm"),
         ("", "", "# reference sphere diameter 30", "reference a diameter of 30 mm"),
+        ("", "", "# Kalibrierkugel Durchmesser 30", "reference a diameter of 30 mm"),
+        ("cal_ball_dia_mm", "6", "", "gives the reference a diameter of 6 mm, and 25 mm"),
+        ("", "", "# probe radius compensation: on", "the control or the CMM compensated"),
+        ("", "", "# Compensated points", "the control or the CMM compensated"),
         ("compensated", "yes", "", "the control or the CMM compensated"),
         ("Radius comp.", "ON", "", "the control or the CMM compensated"),
     ],
@@ -54,10 +58,22 @@ def test_what_contradicts_the_job_is_refused_by_name(
         ("tip dia [inch]", "0.23622", ""),
         ("compensated", "no", ""),
         ("", "", "# probe radius subtracted: none"),
+        ("", "", "# radius compensation: off"),
+        ("", "", "# uncompensated points"),
     ],
 )
 def test_what_agrees_with_the_job_is_read(header: str, cell: str, comment: str) -> None:
     assert read(header, cell, comment) == 2
+
+
+@pytest.mark.parametrize("ball", ["25", "24.9987", "6", "5.95"])
+def test_a_ball_can_be_the_tip_or_the_sphere_that_it_touches(ball: str) -> None:
+    assert read("ball_diameter_mm", ball) == read(comment=f"# Kugel Ø {ball} mm") == 2
+    with pytest.raises(InputError) as raised:
+        read(comment="# ball diameter 20 mm")
+    assert "20 mm: it is neither the tip of 6 mm nor the reference of 25 mm" in str(raised.value)
+    with pytest.raises(InputError, match="it is not the tip of 6 mm"):
+        read(comment="# ball diameter 25", options=replace(JOB, reference_diameter=None))
 
 
 def test_a_tip_of_several_is_compared_when_it_is_chosen() -> None:
@@ -80,3 +96,37 @@ def test_a_file_with_a_radius_of_the_tip_is_compared_too(tmp_path: Path) -> None
 def test_columns_that_are_not_read_are_named() -> None:
     text = b"x_mm,y_mm,z_mm,nx,ny,nz,temperature\n0,0,3,0,0,1,21.5\n"
     assert "not read: temperature" in read_readings(SourceFile("a.csv", text)).touches.reading
+
+
+@pytest.mark.parametrize("first", ["x_mm,y_mm,z_mm", "x_in,y_in,z_in"])
+def test_a_unit_before_the_header_must_be_that_of_the_header(first: str) -> None:
+    unit, other = ("mm", "inch") if "mm" in first else ("inch", "mm")
+    text = f"# units: {{}}\n{first},nx,ny,nz\n0,0,3,0,0,1\n"
+    job = replace(JOB, tip_radius=None, reference_diameter=None)
+    read_readings(SourceFile("a.csv", text.format(unit).encode()), job)
+    with pytest.raises(InputError, match=f"the header gives {unit} and a line before it {other}"):
+        read_readings(SourceFile("a.csv", text.format(other).encode()), job)
+
+
+def test_conditions_before_the_rows_that_nothing_reads_are_named() -> None:
+    text = b"# part 7, 12 points\n# feed: 500\nx_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n"
+    found = read_readings(SourceFile("a.csv", text)).warnings
+    assert len(found) == 1
+    assert "not read: line 2 '# feed: 500'." in found[0]
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["feed 500 mm/min", "A90 B45", "scale 0.001", "probe requalified", "mirror X", "offset x +10",
+     "probing direction reversed", "coordinate system 2", "machine B", "B axis 90", "polar"],
+)  # fmt: skip
+def test_a_comment_among_rows_that_changes_them_is_refused(words: str) -> None:
+    text = "x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n# {}\n1,0,3,0,0,1\n"
+    with pytest.raises(InputError, match=r"line 3: .*may change the meaning of the rows after it"):
+        read_readings(SourceFile("a.csv", text.format(words).encode()))
+    read_readings(SourceFile("a.csv", text.format("second half, by hand").encode()))
+
+
+def test_rows_of_two_machines_are_two_series() -> None:
+    text = b"x_mm,y_mm,z_mm,nx,ny,nz,machine\n0,0,3,0,0,1,M1\n1,0,3,0,0,1,M2\n"
+    assert read_readings(SourceFile("a.csv", text)).touches.words["part"] == ("M1", "M2")

@@ -77,6 +77,14 @@ def test_another_orientation_is_refused(command) -> None:  # type: ignore[no-unt
         command(with_spindle(touches, np.pi), made)
 
 
+def test_touches_at_several_orientations_are_not_of_a_map_that_states_none() -> None:
+    made, touches = _qualified(None), scene_of(Job("baseline", 4, "harmonic")).later_touches
+    turns = np.radians(np.where(np.arange(len(touches)) < 40, 0.0, 180.0))
+    apply(with_spindle(touches, np.pi), made)
+    with pytest.raises(PretravelError, match=r"turns among the touches \(to 180° at"):
+        apply(replace(touches, spindle=turns), made)
+
+
 @pytest.mark.parametrize(
     ("of_map", "of_touches"),
     [
@@ -111,6 +119,31 @@ def test_a_tip_of_another_name_is_named(mine: str, other: str, told: bool) -> No
         *update_map(stated, made, 25.0).warnings,
     ]
     assert sum(f"of tip {mine}, the map is of tip {other}" in each for each in said) == 3 * told
+
+
+@pytest.mark.parametrize(
+    ("of_map", "of_touches", "told"),
+    [
+        ({"orientation": "A0B0"}, {}, "the map is of the orientation A0B0, the touches state none"),
+        ({}, {"tips": "T2A90B0"}, "are of the orientation T2A90B0, the map states none"),
+        ({"orientation": "A0B0"}, {"orientations": "A0 B0"}, ""),
+        ({"tip": "T1"}, {}, ""),
+    ],
+)
+def test_a_head_that_one_side_states_is_named(
+    of_map: dict[str, str], of_touches: dict[str, str], told: str
+) -> None:
+    touches = scene_of(Job("baseline", 4, "harmonic")).later_touches
+    words = {name: (word,) * len(touches) for name, word in of_touches.items()}
+    made, stated = _qualified(None), replace(touches, **words)
+    made = replace(made, provenance=replace(made.provenance, **of_map))
+    for said in (
+        compensation_warnings(TouchSummary.of(stated, apply(stated, made), made), made),
+        update_map(stated, made, 25.0).warnings,
+    ):
+        heads = [each for each in said if "if the head was turned" in each]
+        assert len(heads) == bool(told)
+        assert all(told in each for each in heads)
 
 
 def test_a_map_states_the_tip_and_the_head_of_its_touches() -> None:

@@ -31,6 +31,7 @@ from pretravel.qualification.change_tests import changes_of, touches_and_map
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.qualifying import qualify
+from pretravel.qualification.terms_of_days import day_terms
 from pretravel.qualification.verification import (
     Verification,
     _gross_warnings,
@@ -192,7 +193,16 @@ def test_a_turn_that_four_azimuths_cannot_show_is_no_unchanged_probe(tmp_path: P
         radius = np.linalg.norm(distance.positions - [5.0, -7.0, 9.0], axis=1)
         turned = replace(given, positions=normals * radius[:, None] + [5.0, -7.0, 9.0])
         write_touches(tmp_path / "turned.csv", turned)
-        told = " ".join(run("verify", tmp_path / "turned.csv", *common, code=3).split())
+        assert (day_terms(turned, lobed_map(), SETUP).unseen_turn is None) is seen
+        history = tmp_path / f"probe{count}.jsonl"
+        report = tmp_path / f"report{count}.json"
+        out = "--history", history, "-o", report
+        told = " ".join(run("verify", tmp_path / "turned.csv", *common, *out, code=3).split())
+        (entry,) = read_history(history)
+        assert entry["unseen_turn_deg"] == (None if seen else pytest.approx(60.0))
+        assert ('"unseen_turn_deg"' in history.read_text()) is not seen
+        for text in (report.read_text(), run("history", history)):
+            assert ("TURN OF THE PROBE" in " ".join(text.split())) is not seen
         assert told.startswith(
             "CHANGED" if seen else "no change found since the qualification, BUT"
         )

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.base import InputError
 from pretravel.files import ReadingOptions, points_and_notes, read_series
+from pretravel.files.readings import write_readings
 from pretravel.touches.copied_rows import EACH_ROW, rows_in_a_row
 from tests.support.examples import EXAMPLES
 
@@ -41,3 +43,32 @@ def test_a_log_of_copies_is_said(often: int, tmp_path: Path) -> None:
     touches = " ".join(read_series([tmp_path / "log.csv"]).warnings)
     points = " ".join(points_and_notes(tmp_path / "points.csv", ReadingOptions())[1])
     assert (EACH_ROW in touches) == (EACH_ROW in points) == (often > 1)
+
+
+@pytest.mark.parametrize(("title", "here", "there"), [("wcs", "G54", "G55"), ("A", "0", "90")])
+@pytest.mark.parametrize("normals", [True, False])
+def test_files_in_other_coordinates_are_no_series(
+    title: str, here: str, there: str, *, normals: bool, tmp_path: Path
+) -> None:
+    cells = [row if normals else ",".join(row.split(",")[:3]) for row in ROWS]
+    paths = tmp_path / "a.csv", tmp_path / "b.csv"
+    options = ReadingOptions(reference_diameter=24.9987)
+
+    def read(*words: str) -> int:
+        for path, word, rows in zip(paths, words, (cells[1:40], cells[40:]), strict=True):
+            lines = [f"{cells[0]},{title}", *(f"{row},{word}" for row in rows)]
+            path.write_text("\n".join(lines), "utf-8")
+        return len(read_series(paths, options).touches)
+
+    assert read(here, here) == 75
+    with pytest.raises(InputError, match=f"b.csv: gives the coordinates as {title} {there}, and"):
+        read(here, there)
+
+
+def test_files_of_two_tips_are_no_series(tmp_path: Path) -> None:
+    touches, paths = read_series([EXAMPLES / "sphere_touches.csv"]).touches, []
+    for radius in (2.5, 1.5):
+        paths.append(tmp_path / f"{radius}.qif")
+        write_readings(paths[-1], touches, radius)
+    with pytest.raises(InputError, match=r"1\.5.qif: gives the tip.s diameter as 3 mm, and 2"):
+        read_series(paths)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from pretravel.base import DISTANCE, PROBABILITY, PretravelError, check_numbers
+from pretravel.base import DISTANCE, INCH, PROBABILITY, PretravelError, check_numbers
 from pretravel.drawing.features.conformity import (
     DEFAULT_PROBABILITY,
     Conformity,
@@ -182,6 +182,7 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     required = tolerances.probability
     if tolerances.size is not None:
         size = feature.quantity(feature.size_name)
+        refuse_inches(size.name, size.value, tolerances.size)
         found.append(
             size_conformity(size.name, size.value, size.u, tolerances.size, required, dof=size.dof)
         )
@@ -207,6 +208,62 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
         feature = feature.with_form_by(tolerances.form_by)
         found.append(form_conformity(feature.form_name, feature.form, tolerances.form, required))
     return InspectedFeature(feature, tuple(decided_if_known(each, feature) for each in found))
+
+
+def refuse_inches(name: str, value: float, limits: tuple[float, float]) -> None:
+    """Refuse limits that are those of the same size in inches. [mm]
+
+    Raises
+    ------
+    PretravelError
+
+    >>> refuse_inches("diameter", 40.0, (1.574, 1.576))
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: diameter 40.000 mm, but the limits are around 1.5750: \
+they look like inches (40.0050 mm). Give them in mm
+    """
+    known = [limit for limit in limits if math.isfinite(limit)]
+    if not known:
+        return
+    middle = sum(known) / len(known)
+    if abs(value - INCH * middle) <= _SAME_IN_INCHES * value:
+        raise PretravelError(
+            f"{name} {value:.3f} mm, but the limits are around {middle:.4f}: they look like inches "
+            f"({INCH * middle:.4f} mm). Give them in mm",
+            inputs=("size_tolerance", "nominal"),
+        )
+
+
+def refuse_other_nominal(nominal: float | None, limits: tuple[float, float]) -> None:
+    """Refuse a nominal size that is far outside the limits: one of them is another size's. [mm]
+
+    Raises
+    ------
+    PretravelError
+
+    >>> refuse_other_nominal(20.0, (19.89, 19.95))  # d9: the nominal size is outside
+    >>> refuse_other_nominal(41.0, (39.99, 40.01))
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: the nominal size is 41 mm, and the limits are \
+39.99 to 40.01 mm: one of them is wrong
+    """
+    if nominal is None:
+        return
+    low, high = limits
+    if max(low - nominal, nominal - high) > max(_FAR_FROM_NOMINAL, _SHARE_OF_NOMINAL * nominal):
+        raise PretravelError(
+            f"the nominal size is {nominal:g} mm, and the limits are {low:g} to {high:g} mm: one "
+            "of them is wrong",
+            inputs=("nominal", "size_tolerance"),
+        )
+
+
+_FAR_FROM_NOMINAL, _SHARE_OF_NOMINAL = 0.5, 0.01
+"""The widest deviations of ISO 286, of a and c, are smaller. [mm], and of the nominal size"""
+_SAME_IN_INCHES = 0.02
+"""Share of a size by which a part is off at most."""
 
 
 def decided_if_known(conformity: Conformity, feature: MeasuredFeature) -> Conformity:

@@ -133,6 +133,7 @@ def averaged(
         residuals=residuals,
         dof=dof,
         noise=math.sqrt(float(np.sum(residuals**2)) / dof),
+        contains_hidden=True,
     )
 
 

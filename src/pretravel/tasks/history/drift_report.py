@@ -118,7 +118,10 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
         tables=(*drift_tables(drift), _days_table(history)),
         pictures=(Picture("Drift over time", lambda: drift_view(drift, name)),),
         notes=_notes(drift),
-        warnings=(*_unusable_warnings(history), *_undated_warnings(history), *_gross(history)),
+        warnings=(
+            *_unseen_turns(history), *_unusable_warnings(history), *_undated_warnings(history),
+            *_gross(history), *_said_of_days(history),
+        ),
     )  # fmt: skip
 
 
@@ -396,6 +399,10 @@ def day_columns(history: FolderDrift) -> dict[str, npt.ArrayLike]:
     for name, label, size in _FILE_COLUMNS:
         found[label] = np.array([getattr(one, name) for one in terms]) / size
         found[f"u_{label}"] = np.array([getattr(one, f"u_{name}") for one in terms]) / size
+    if any(one.unseen_turn is not None for one in terms):
+        found["unseen_turn_deg"] = [
+            math.nan if one.unseen_turn is None else one.unseen_turn.angle / DEGREE for one in terms
+        ]
     return found
 
 
@@ -419,11 +426,49 @@ def _notes(drift: DriftOverTime) -> tuple[str, ...]:
     )
 
 
+def _unseen_turns(history: FolderDrift) -> list[str]:
+    unseen = [day for day in history.days if day.terms.unseen_turn is not None]
+    if not unseen:
+        return []
+    days = f"{len(unseen)} of {len(history.days)} files ({unseen[0].file.path.name}"
+    days += " …)" if len(unseen) > 1 else ")"
+    return [f"{days}: {unseen[0].terms.unseen_turn}. Such days say nothing of a turn"]
+
+
 def _unusable_warnings(history: FolderDrift) -> list[str]:
     return [f"{file.path.name} is not used: {reason}" for file, reason in history.unusable]
 
 
 def _undated_warnings(history: FolderDrift) -> list[str]:
+    return [*_future(history), *_without_date(history)]
+
+
+def _future(history: FolderDrift) -> list[str]:
+    tomorrow = datetime.now() + timedelta(days=1)
+    late = [day.file.path.name for day in history.days if day.file.moment > tomorrow]
+    if not late:
+        return []
+    said = "that of the name, or the clock of this computer, is wrong, and trends with it"
+    return [f"{_shown(late)}: a date after today; {said}"]
+
+
+def _shown(names: Sequence[str]) -> str:
+    return ", ".join(names[:_NAMED]) + (" …" if len(names) > _NAMED else "")
+
+
+_NAMED = 3
+
+
+def _said_of_days(history: FolderDrift) -> list[str]:
+    """What is to be said of the touches of the days, each sentence once."""
+    files: dict[str, list[str]] = {}
+    for day in history.days:
+        for said in day.terms.warnings:
+            files.setdefault(said, []).append(day.file.path.name)
+    return [f"{_shown(names)}: {said}" for said, names in files.items()]
+
+
+def _without_date(history: FolderDrift) -> list[str]:
     undated = [day.file.path.name for day in history.days if not day.file.from_name]
     if not undated:
         return []

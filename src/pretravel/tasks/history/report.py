@@ -37,6 +37,7 @@ def history_document(
     """
     title = history_name or "History of a probe"
     changed = sum(bool(entry["changed"]) for entry in entries)
+    unseen = sum(entry["unseen_turn_deg"] is not None for entry in entries)
     told = drift is not None and bool(drift.last)
 
     def drawn() -> View:
@@ -48,6 +49,7 @@ def history_document(
         title=title,
         verdict=f"{title}: {len(entries)} verification{'' if len(entries) == 1 else 's'}, "
         + (f"{changed} found a change" if changed else "no change found")
+        + (f", BUT {unseen} CANNOT SHOW A TURN OF THE PROBE" if unseen else "")
         + ("" if drift is None else f"; {drift_verdict(drift)}"),
         figures=drift_figures(drift) if drift is not None and told else (),
         tables=(
@@ -65,7 +67,7 @@ def _verifications_table(entries: Sequence[Entry]) -> Table:
         return [entry_value(entry, column) for entry in entries]
 
     times = [str(entry["time"])[:16].replace("T", " ") for entry in entries]
-    verdicts = ["CHANGED" if entry["changed"] else "no change" for entry in entries]
+    verdicts = [_verdict(entry) for entry in entries]
     return Table(
         (
             Column.of("time (UTC)", times),
@@ -78,6 +80,12 @@ def _verifications_table(entries: Sequence[Entry]) -> Table:
             Column.of("decision", [decision_words(str(entry["decision"])) for entry in entries]),
         )
     )
+
+
+def _verdict(entry: Entry) -> str:
+    if entry["unseen_turn_deg"] is not None:
+        return "no change, but a turn is not seen"
+    return "CHANGED" if entry["changed"] else "no change"
 
 
 def history_columns(entries: Sequence[Entry]) -> dict[str, npt.ArrayLike]:

@@ -219,14 +219,16 @@ class History(
             refuse_unverifiable(made)
         days: list[DayFile] = []
         unusable: list[tuple[DatedFile, str]] = []
+        seen: dict[str, str] = {}
         for count, file in enumerate(dated):
             _LOG.info("%s", file.path.name, extra={"done": count / len(dated)})
             try:
+                readings = _readings(file, reading, seen)
                 if made is None:
-                    first, terms = _first_day(file, reading, reference, self.kind or "auto")
+                    first, terms = _first_day(readings, reference, self.kind or "auto")
                     made, name = first, file.path.name
                 else:
-                    terms = _terms(file, reading, reference, made)
+                    terms = _terms(readings, reference, made)
             except PretravelError as error:
                 unusable.append((file, str(error)))
                 continue
@@ -320,25 +322,42 @@ def _allowed(pretravel_map: PretravelMap) -> float:
     return COVERAGE_FACTOR * float(np.sqrt(np.mean(u**2)))
 
 
+def _readings(file: DatedFile, reading: _Reading, seen: dict[str, str]) -> FileReadings:
+    """The touches of a day, which are added to those that were seen.
+
+    Raises
+    ------
+    PretravelError
+        The program did not run to its end, or the touches are those of another file.
+    """
+    found = reading([file.path]).in_machine_axes()
+    if found.unfinished:
+        raise PretravelError(found.unfinished)
+    other = seen.setdefault(found.touches.digest, file.path.name)
+    if other != file.path.name:
+        raise PretravelError(f"its touches are those of {other}: a copy is no other day")
+    return found
+
+
 def _first_day(
-    file: DatedFile, reading: _Reading, reference: QualificationSetup, kind: str
+    readings: FileReadings, reference: QualificationSetup, kind: str
 ) -> tuple[PretravelMap, DayTerms]:
     from pretravel.qualification import day_terms, qualified, refuse_unverifiable
 
-    readings = reading([file.path]).in_machine_axes()
     made = qualified(readings.touches, reference, kind).pretravel_map
     refuse_unverifiable(made)
-    return made, day_terms(readings.touches, made, reference, own=True)
+    return made, _with_notes(day_terms(readings.touches, made, reference, own=True), readings)
 
 
 def _terms(
-    file: DatedFile,
-    reading: _Reading,
-    reference: QualificationSetup,
-    pretravel_map: PretravelMap,
+    readings: FileReadings, reference: QualificationSetup, pretravel_map: PretravelMap
 ) -> DayTerms:
     from pretravel.qualification import day_terms, own_touches_warnings
 
-    touches = reading([file.path]).in_machine_axes().touches
+    touches = readings.touches
     own = bool(own_touches_warnings(touches, pretravel_map, ""))
-    return day_terms(touches, pretravel_map, reference, own=own)
+    return _with_notes(day_terms(touches, pretravel_map, reference, own=own), readings)
+
+
+def _with_notes(terms: DayTerms, readings: FileReadings) -> DayTerms:
+    return replace(terms, warnings=(*readings.notes(), *terms.warnings))

@@ -103,12 +103,10 @@ def verification_judgement(result: Verification) -> Judgement:
 def _unseen_warnings(result: Verification) -> tuple[str, ...]:
     if result.unseen_turn is None:
         return ()
-    change = value_text(result.unseen_turn.change / MICROMETRE, "µm", decimals(1))
     return (
         (
-            "in these directions a turn of the probe looks like a shift of the sphere, although a "
-            f"turn of {result.unseen_turn.angle / DEGREE:.0f}° changes the map by up to {change}. "
-            "Touch the directions of pretravel plan-touches, or eight or more around the probe axis"
+            f"{result.unseen_turn}. Touch the directions of pretravel plan-touches, or eight or "
+            "more around the probe axis"
         ),
     )
 
@@ -251,9 +249,12 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
 
 def _data(result: Verification, decision: str) -> tuple[Table, ...]:
     """All values, for programs."""
+    unseen = result.unseen_turn
     outcome: dict[str, float | str] = {
         "changed": result.changed,
         "changed_with_touches_left_out": result.changed_with_gross,
+        "unseen_turn_deg": unseen.angle / DEGREE if unseen else math.nan,
+        "unseen_turn_changes_map_um": unseen.change / MICROMETRE if unseen else math.nan,
         "false_alarm_rate": result.false_alarm_rate,
         "p_form": result.p_form,
         "p_map": result.p_map,

@@ -139,11 +139,12 @@ class FindAxis(TouchFilesWithFeed, Reported):
         from pretravel.touches import refuse_several
 
         tip = None if pretravel_map is None else 2.0 * pretravel_map.tip_radius
-        sets = []
+        sets, frames = [], []
         for path in files:
             one = replace(self, touches=(path,))
             read = one.read_touches(progress, tip_diameter=tip, reference_diameter=self.diameter)
             sets.append(read.in_machine_axes().touches)
+            frames.append(read.frame)
             refuse_several(sets[-1])
         if len(sets) == 1 and self.angles is None:
             return _by_label(sets[0], files[0])
@@ -154,7 +155,27 @@ class FindAxis(TouchFilesWithFeed, Reported):
                 "their order",
                 inputs=("angles", "touches"),
             )
+        for path, frame, angle in zip(files, frames, given, strict=True):
+            self._refuse_other_angle(path, frame, angle)
         return sets, [angle * DEGREE for angle in given]
+
+    def _refuse_other_angle(self, path: Path, frame: str, angle: float) -> None:
+        """Refuse an angle where a column of the file gives the axis another one. [°]"""
+        own = rf"(?:^|, ){self.axis}(?![a-z])[^,]* (-?[\d.]+)(?=,|$)"
+        stated = re.search(own, frame, re.IGNORECASE)
+        if stated is None:
+            return
+        apart = (float(stated[1]) - angle + 180.0) % 360.0 - 180.0
+        if abs(apart) > _SAME_ANGLE:
+            raise PretravelError(
+                f"{path}: the file gives {frame}, and the angle {angle:g}° is given for it: one of "
+                "them is wrong",
+                inputs=("angles",),
+            )
+
+
+_SAME_ANGLE = 0.1
+"""Of an angle as it was asked for and as a control shows it. [°]"""
 
 
 def _by_label(touches: Touches, path: Path) -> tuple[list[Touches], list[float]]:

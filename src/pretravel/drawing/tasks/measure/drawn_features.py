@@ -25,6 +25,7 @@ from pretravel.drawing.tolerances.tolerances import (
     OpenTolerance,
     Together,
     decided_if_known,
+    refuse_inches,
 )
 from pretravel.measurement import SIZE_NAMES
 from pretravel.surface import Part
@@ -174,6 +175,8 @@ class DrawnFeatures:
         quantity, scale = found[0], DEGREE if row.quantity == "angle" else 1.0
         if row.quantity == "angle":
             quantity = _as_drawn(quantity, row, limits)
+        else:
+            refuse_inches(quantity.name, quantity.value, limits)
         decided = size_conformity(
             quantity.name,
             quantity.value,

@@ -355,6 +355,7 @@ class Measure(LaboratoryReport):
             Tolerances that contradict each other, with the name of the feature.
         """
         from pretravel.drawing.features.measured_feature import BARE_SURFACE
+        from pretravel.drawing.tolerances.tolerances import refuse_other_nominal
 
         if drawing is None:
             self.tolerances()
@@ -365,6 +366,8 @@ class Measure(LaboratoryReport):
             try:
                 limits = None if row.tolerance is None else tolerance(row.tolerance)
                 from_nominal = limits is not None and not limits.are_limits
+                if limits is not None and limits.are_limits:
+                    refuse_other_nominal(row.nominal, self.limits_of(str(row.tolerance), None))
                 tasks[name] = replace(
                     self,
                     feature=None if row.kind == BARE_SURFACE else row.kind,
