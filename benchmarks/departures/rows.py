@@ -49,6 +49,14 @@ ROWS: Mapping[str, Departure] = {
     ),
     "nine": Departure("nine directions", directions=patterns.NINE),
     "fourteen": Departure("fourteen directions", directions=patterns.FOURTEEN),
+    "five_azimuths": Departure(
+        "sixteen directions, the same five azimuths in each ring", directions=patterns.FIVE_AZIMUTHS
+    ),
+    "five_azimuths_uneven": Departure(
+        "very uneven probe, the same five azimuths in each ring",
+        make_probe=probes.uneven,
+        directions=patterns.FIVE_AZIMUTHS,
+    ),
     "nine_usual": Departure(
         "nine directions, with these errors", directions=patterns.NINE, usual_errors=True
     ),
