@@ -24,6 +24,7 @@ FOURTEEN = rings(POLE, (45.0, 5, 0.0), (90.0, 8, 10.0))
 NINE = rings(POLE, (45.0, 4, 45.0), (90.0, 4, 0.0))
 SIX = rings(POLE, (90.0, 5, 0.0))
 FIVE = rings(POLE, (90.0, 4, 0.0))
+FIVE_AZIMUTHS = rings(POLE, (30.0, 5, 0.0), (60.0, 5, 0.0), (90.0, 5, 0.0))
 RING_24 = rings((90.0, 24, 0.0))
 
 

@@ -49,6 +49,14 @@ ROWS: Mapping[str, Departure] = {
     ),
     "nine": Departure("nine directions", directions=patterns.NINE),
     "fourteen": Departure("fourteen directions", directions=patterns.FOURTEEN),
+    "five_azimuths": Departure(
+        "sixteen directions, the same five azimuths in each ring", directions=patterns.FIVE_AZIMUTHS
+    ),
+    "five_azimuths_uneven": Departure(
+        "very uneven probe, the same five azimuths in each ring",
+        make_probe=probes.uneven,
+        directions=patterns.FIVE_AZIMUTHS,
+    ),
     "nine_usual": Departure(
         "nine directions, with these errors", directions=patterns.NINE, usual_errors=True
     ),
@@ -177,6 +185,11 @@ ROWS: Mapping[str, Departure] = {
         order="rings",
     ),
     "sphere_stem": Departure("sphere stem bends 1 µm/N", stem_compliance=MICROMETRE),
+    "sphere_stem_given": Departure(
+        "sphere stem bends 1 µm/N, u of the diameter given as 0.6 µm",
+        stem_compliance=MICROMETRE,
+        options={"u_diameter": 0.6 * MICROMETRE},
+    ),
     "backlash": Departure("backlash 0.5 µm", backlash=0.5 * MICROMETRE),
     "machine_scale": Departure("machine scale 10 ppm", scale=10e-6),
     "bent_stylus": Departure("bent stylus", make_probe=probes.bent_stylus),

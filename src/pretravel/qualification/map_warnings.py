@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, describe, polar_angle
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, describe, polar_angle
 from pretravel.maps import (
     BEFORE_CONTACT,
     IMPLAUSIBLE_PRETRAVEL,
@@ -20,6 +20,9 @@ _POLE = np.array([[0.0, 0.0, 1.0]])
 _BADLY_KNOWN = 1.0 * MICROMETRE
 """The assumption of the pretravel along the axis alone has 0.7 µm."""
 
+_TOLD = 0.2
+"""Share of lobes that an oval leaves: of the usual 25 directions 0.95, of nine with one ring of two
+turned by half a step 0.67, of the same five azimuths on each ring 0.01."""
 FEWEST_TO_SEE_LOBES = 8
 """Directions below which the lobes of three rods are not seen."""
 LOWEST_POLAR = 60.0 * DEGREE
@@ -89,6 +92,13 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             "azimuths 90° apart do): u of the map can only contain lobes of a usual size, and the "
             "map can be wrong by more; touch eight azimuths"
         )
+    elif _lobes_look_like_fewer(observation.group_directions):
+        found.append(
+            "at the touched azimuths three lobes look like two, or like none (as on rings that all "
+            "have the same five or six azimuths): u of the map contains only what is usual of a "
+            "probe with three rods, and another probe's map can be wrong by more; touch eight "
+            "azimuths, or turn every other ring by half a step"
+        )
     largest_polar = float(polar_angle(observation.directions).max())
     if not observation.ring and largest_polar < LOWEST_POLAR:
         found.append(
@@ -122,6 +132,36 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             f"{describe(directions[np.argmax(u)])}: touch the reference there too"
         )
     return found
+
+
+def _lobes_look_like_fewer(directions: FloatArray) -> bool:
+    """Whether touches tell three lobes of some azimuth neither from an oval nor from none.
+
+    At five azimuths cos 3φ is cos 2φ; at six, sin 3φ is zero.
+
+    Parameters
+    ----------
+    directions : (n, 3) float
+        Outward unit vectors. Probe frame.
+
+    >>> from pretravel.base.directions import from_angles
+    >>> ring = np.arange(5) * 72.0 * DEGREE
+    >>> steep, level = np.full(5, 45.0 * DEGREE), np.full(5, 90.0 * DEGREE)
+    >>> _lobes_look_like_fewer(from_angles(np.append(steep, level), np.append(ring, ring)))
+    True
+    >>> turned = np.append(ring + 36.0 * DEGREE, ring)
+    >>> _lobes_look_like_fewer(from_angles(np.append(steep, level), turned))
+    False
+    """
+    x, y, z = directions.T
+    oval = [x**2 + y**2, x**2 - y**2, 2.0 * x * y]
+    u, size, _ = np.linalg.svd(np.stack([np.ones_like(x), x, y, z, *oval], 1), full_matrices=False)
+    fewer = u[:, size > 1e-6 * size[0]]
+    lobes = np.stack([x**3 - 3.0 * x * y**2, 3.0 * x**2 * y - y**3], 1)
+    left = lobes - fewer @ (fewer.T @ lobes)
+    # Of lobes of any azimuth half of the squares of both; of those that are seen least the least.
+    least = float(np.linalg.eigvalsh(left.T @ left)[0])
+    return least < _TOLD * 0.5 * float(np.sum(lobes**2))
 
 
 def height_warnings(u_height: float, pretravel_map: PretravelMap, *, ring: bool) -> list[str]:
