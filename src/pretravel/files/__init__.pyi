@@ -86,6 +86,8 @@ from .readings import read_readings as read_readings
 from .readings import write_readings as write_readings
 from .readings import written_format as written_format
 from .roles_of_columns import column_roles as column_roles
+from .row_statements import comments_among as comments_among
+from .row_statements import unknown_lines as unknown_lines
 from .several_files import files_meant as files_meant
 from .several_files import files_of as files_of
 from .several_files import read_series as read_series

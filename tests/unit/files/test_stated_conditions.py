@@ -130,3 +130,23 @@ def test_a_comment_among_rows_that_changes_them_is_refused(words: str) -> None:
 def test_rows_of_two_machines_are_two_series() -> None:
     text = b"x_mm,y_mm,z_mm,nx,ny,nz,machine\n0,0,3,0,0,1,M1\n1,0,3,0,0,1,M2\n"
     assert read_readings(SourceFile("a.csv", text)).touches.words["part"] == ("M1", "M2")
+
+
+@pytest.mark.parametrize(
+    ("title", "cells", "told"),
+    [
+        ("time", ("10:00:05", "10:00:09", "10:00:01"), True),
+        ("time", ("23:59:50", "00:00:02", "00:00:09"), False),
+        ("timestamp", ("2026-03-14T10:00", "2026-03-13T10:00", "2026-03-14T11:00"), True),
+        ("time_s", ("1", "2", "3"), False),
+        ("time", ("0.41", "0.39", "0.40"), False),  # how long each touch took
+        ("date", ("14.03.2026", "", "x"), False),
+    ],
+)
+def test_rows_that_are_not_in_the_order_of_their_times(
+    title: str, cells: tuple[str, ...], *, told: bool
+) -> None:
+    rows = "".join(f"{x},0,3,0,0,1,{cell}\n" for x, cell in enumerate(cells))
+    text = f"x_mm,y_mm,z_mm,nx,ny,nz,{title}\n{rows}"
+    found = read_readings(SourceFile("a.csv", text.encode())).warnings
+    assert any("earlier than" in each for each in found) == told
