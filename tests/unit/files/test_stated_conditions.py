@@ -150,3 +150,10 @@ def test_rows_that_are_not_in_the_order_of_their_times(
     text = f"x_mm,y_mm,z_mm,nx,ny,nz,{title}\n{rows}"
     found = read_readings(SourceFile("a.csv", text.encode())).warnings
     assert any("earlier than" in each for each in found) == told
+
+
+def test_a_row_of_units_must_be_that_of_the_names() -> None:
+    text = "x_mm,y_mm,z_mm,nx,ny,nz\n{0},{0},{0},1,1,1\n0,0,3,0,0,1\n"
+    assert len(read_readings(SourceFile("a.csv", text.format("mm").encode())).touches) == 1
+    with pytest.raises(InputError, match="x_mm has the unit mm in its name and inch in the row"):
+        read_readings(SourceFile("a.csv", text.format("in").encode()))
