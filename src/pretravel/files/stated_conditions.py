@@ -19,6 +19,13 @@ _CONTACT = {
 }  # fmt: skip
 """Titles, or words of titles, of columns of yes and no."""
 _MISSED = {"miss", "missed"}
+_GOOD = {"valid", "used", "use", "include", "included", "keep", "gültig", "gueltig"}
+_BAD = {
+    "invalid", "outlier", "ausreißer", "ausreisser", "exclude", "excluded", "ignore", "ignored",
+    "skip", "skipped", "error", "alarm", "fault", "ungültig",
+}  # fmt: skip
+"""Titles of columns of yes and no that say which rows count, and cells of a status. Words of a
+verdict about the part (ok, bad, reject) are not among them."""
 _STATUS = {*_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis"}
 _YES = {"1", "true", "yes", "y", "ja"}
 _NO = {"0", "false", "no", "n", "nein"}
@@ -146,14 +153,15 @@ def _diameters(
         named = re.match(rf"{words}{_SIZE}", title.replace("_", " "), re.IGNORECASE)
         if named is None:
             continue
-        cells = text.column(i)
-        if len({*cells}) > 1:  # of several tips one is chosen by its name
-            cells = tuple(cell for cell in cells if cell == tip)
-        number = _number(cells[0]) if cells else None
-        if number is not None:
-            own = LENGTH_UNITS.get(unit_of_title(title) or "", factor)
-            line = text.lines[text.column(i).index(cells[0])]
-            yield line, title, own * number * _diameters_in(named)
+        cells = [*dict.fromkeys(text.column(i))]
+        if len(cells) > 1 and words != _OF_REFERENCE:  # of several tips one is chosen by its name
+            cells = [cell for cell in cells if cell == tip]
+        own = LENGTH_UNITS.get(unit_of_title(title) or "", factor)
+        for cell in cells:
+            number = _number(cell)
+            if number is not None:
+                line = text.lines[text.column(i).index(cell)]
+                yield line, title, own * number * _diameters_in(named)
     for line, comment in text.before:
         found = re.search(rf"\b{words}{_SIZE}{_VALUE}", comment, re.IGNORECASE)
         if found is not None:
@@ -203,17 +211,20 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
     for i, name in _other_columns(text, roles):
         cells = [cell.strip().lower() for cell in text.column(i)]
         words = {*re.findall(r"\w+", name), name}
-        no = set(_MISSES) if words & _STATUS else set()
+        no = {*_MISSES, *_BAD} if words & _STATUS else set()
         if words & _STATUS and words & _OF_PROBE:
             no |= _FAILED
         if set(cells) <= _YES | _NO:
-            no |= (_NO if words & _CONTACT else set()) | (_YES if words & _MISSED else set())
+            no |= _NO if words & _CONTACT or name in _GOOD else set()
+            no |= _YES if words & _MISSED or name in _BAD else set()
         missed = [row for row, cell in enumerate(cells) if cell in no]
         if missed:
             rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
+            marked = name in _GOOD | _BAD or cells[missed[0]] in _BAD
+            why = "the file itself marks it" if marked else "a touch without contact is no point"
             raise text.file.error(
-                f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: a touch without "
-                "contact is no point; exclude the line",
+                f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: {why}; exclude the "
+                "line",
                 text.lines[missed[0]],
                 inputs=("exclude",),
             )

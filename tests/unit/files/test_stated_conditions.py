@@ -157,3 +157,31 @@ def test_a_row_of_units_must_be_that_of_the_names() -> None:
     assert len(read_readings(SourceFile("a.csv", text.format("mm").encode())).touches) == 1
     with pytest.raises(InputError, match="x_mm has the unit mm in its name and inch in the row"):
         read_readings(SourceFile("a.csv", text.format("in").encode()))
+
+
+@pytest.mark.parametrize(
+    ("title", "cells", "refused"),
+    [
+        ("valid", "10", True),
+        ("use", ("yes", "no"), True),
+        ("Outlier", "01", True),
+        ("status", ("OK", "ERROR"), True),
+        ("alarm", "01", True),
+        ("valid", "11", False),
+        ("ok", "10", False),  # a verdict about the part
+        ("result", ("pass", "reject"), False),
+        ("error", ("0.3", "0"), False),
+        ("sphere_diameter_mm", ("25", "30"), True),
+        ("sphere_diameter_mm", ("25", "24.9987"), False),
+    ],
+)
+def test_rows_that_the_file_itself_marks(
+    title: str, cells: tuple[str, ...], *, refused: bool
+) -> None:
+    rows = "".join(f"{x},0,3,0,0,1,{cell}\n" for x, cell in enumerate(cells))
+    file = SourceFile("a.csv", f"x_mm,y_mm,z_mm,nx,ny,nz,{title}\n{rows}".encode())
+    if not refused:
+        assert len(read_readings(file, JOB).touches) == 2
+        return
+    with pytest.raises(InputError, match=r"the file itself marks it|reference a diameter of 30"):
+        read_readings(file, JOB)
