@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -120,13 +121,36 @@ def feed_statement(pretravel_map: PretravelMap, settings: TableSettings) -> str:
 
 
 def conditions_statements(pretravel_map: PretravelMap, settings: TableSettings) -> list[str]:
-    """The feed and the orientation of the spindle for which a table holds."""
-    feed, made_at = feed_statement(pretravel_map, settings), pretravel_map.provenance.spindle_deg
-    if made_at is not None:
-        return [feed, f"made at spindle {made_at:g} degrees - measure at that orientation"]
-    if error_of_a_turn(pretravel_map) == 0.0:
-        return [feed]
-    return [feed, "the map has no orientation of the spindle - measure as it was qualified"]
+    """The feed, tip and orientation of head and spindle for which a table holds."""
+    made = pretravel_map.provenance
+    found = [feed_statement(pretravel_map, settings)]
+    if of := head_statement(pretravel_map):
+        found.append(f"{of} - for no other")
+    if made.spindle_deg is not None:
+        found.append(f"made at spindle {made.spindle_deg:g} degrees - measure at that orientation")
+    elif error_of_a_turn(pretravel_map) != 0.0:
+        found.append("the map has no orientation of the spindle - measure as it was qualified")
+    return found
+
+
+def head_statement(pretravel_map: PretravelMap) -> str:
+    """The tip and the orientation of the head of a map; empty where it states none."""
+    made = pretravel_map.provenance
+    stated = (("tip", made.tip), ("orientation", made.orientation))
+    of = [f"{what} {_plain_name(name)}" for what, name in stated if name]
+    return f"of {' and '.join(of)}" if of else ""
+
+
+def _plain_name(name: str) -> str:
+    """A name of a tip as every control reads it in a comment.
+
+    >>> _plain_name("T1 (A0;B0) ü")
+    'T1 A0 B0'
+    """
+    return " ".join(re.findall(r"[A-Za-z0-9.-]+", name))[:_LONGEST_NAME]
+
+
+_LONGEST_NAME = 40
 
 
 @dataclass(frozen=True, eq=False)

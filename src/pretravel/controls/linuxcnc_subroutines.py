@@ -12,6 +12,7 @@ from pretravel.controls.control import (
     coarse_table_warnings,
     own_formula,
 )
+from pretravel.controls.control_table import head_statement
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
 from pretravel.controls.linuxcnc_state import check_line_lengths
@@ -83,7 +84,9 @@ def linuxcnc_subroutines(
     """
     common = {
         "map": pretravel_map,
-        "source": pretravel_map.provenance.source,
+        "source": ", ".join(
+            filter(None, [pretravel_map.provenance.source, head_statement(pretravel_map)])
+        ),
         "form": form,
         "description": describe_form(form),
         "lowest_deg": form.band.lowest / DEGREE,

@@ -62,6 +62,7 @@ from .placement_file import read_placement as read_placement
 from .placement_file import write_placement as write_placement
 from .plan_csv import block_table as block_table
 from .plan_csv import pattern_table as pattern_table
+from .points_reading import MAPS_APART as MAPS_APART
 from .points_reading import points_and_notes as points_and_notes
 from .points_reading import read_points as read_points
 from .points_writing import point_endings as point_endings
@@ -73,6 +74,7 @@ from .probe_history import HISTORY_ENDING as HISTORY_ENDING
 from .probe_history import Entry as Entry
 from .probe_history import add_verification as add_verification
 from .probe_history import check_history as check_history
+from .probe_history import map_word as map_word
 from .probe_history import read_history as read_history
 from .probe_history import refuse_known_touches as refuse_known_touches
 from .readings import ALL as ALL
@@ -86,6 +88,8 @@ from .roles_of_columns import column_roles as column_roles
 from .row_statements import RowStatement as RowStatement
 from .row_statements import RowStatements as RowStatements
 from .row_statements import StatedRows as StatedRows
+from .row_statements import comments_among as comments_among
+from .row_statements import unknown_lines as unknown_lines
 from .several_files import files_meant as files_meant
 from .several_files import files_of as files_of
 from .several_files import read_series as read_series

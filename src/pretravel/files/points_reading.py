@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -28,9 +28,9 @@ from pretravel.files.format_registry import format_of
 from pretravel.files.logs.double_touches import with_passes
 from pretravel.files.misses import named_misses
 from pretravel.files.netcdf import StoredVariable, read_dataset
-from pretravel.files.points_writing import NO_CAUSE, SHARED, UNCOMPENSATED, listed_numbers
+from pretravel.files.points_writing import MAP_USED, NO_CAUSE, SHARED, UNCOMPENSATED, listed_numbers
 from pretravel.files.readings import ALL, chosen
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.tables import read_parquet_table
 from pretravel.files.touches_csv import read_table_of_touches
@@ -263,8 +263,18 @@ def points_of_table(file: SourceFile, table: CsvTable) -> Points:
                 frozen(table.numbers(*UNCOMPENSATED)) if table.has(*UNCOMPENSATED) else None
             ),
             face=_faces(file, table),
+            map_used=_maps(table.columns.get(MAP_USED, ())),
         ),
     )
+
+
+MAPS_APART = " | "
+"""Between the names of several maps."""
+
+
+def _maps(words: Iterable[str]) -> str:
+    """The maps that rows state, each once."""
+    return MAPS_APART.join(shortened(word) for word in dict.fromkeys(words) if word)
 
 
 def _faces(file: SourceFile, table: CsvTable) -> IntArray | None:
@@ -322,7 +332,8 @@ def _json_table(file: SourceFile) -> CsvTable:
 
 def _from_dataset(file: SourceFile) -> Points:
     needed("h5netcdf", "tables")
-    data = read_dataset(file).variables
+    stored = read_dataset(file)
+    data = stored.variables
     if not {"position", "normal", "covariance", "label"} <= set(data):
         raise file.error("this NetCDF file holds no compensated points (a map, perhaps)")
     count = len(np.atleast_1d(data["label"].values))
@@ -354,6 +365,7 @@ def _from_dataset(file: SourceFile) -> Points:
             shared=_shared_of(file, data, count),
             uncompensated=perhaps("uncompensated", 3),
             face=None if (face := perhaps("face")) is None else face.astype(np.int64),
+            map_used=_maps([str(stored.attrs.get(MAP_USED, ""))]),
         ),
     )
 

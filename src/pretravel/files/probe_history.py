@@ -205,6 +205,11 @@ def map_id(pretravel_map: PretravelMap) -> str:
     return hashlib.sha256(content).hexdigest()[:12]
 
 
+def map_word(path: str | Path, pretravel_map: PretravelMap) -> str:
+    """The name of the file of a map with its identity, as points state it."""
+    return f"{Path(path).name} {map_id(pretravel_map)}"
+
+
 def refuse_known_touches(
     path: str | Path, touches: Touches, *, again_at_once: bool = False
 ) -> None:

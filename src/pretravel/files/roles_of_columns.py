@@ -314,8 +314,14 @@ def _units_of_columns(
     found = {}
     for role, i in index.items():
         unit = names[i].unit
-        if unit is None and text.units:
-            unit = unit_of(text.units[i])
+        below = unit_of(text.units[i]) if text.units else None
+        if unit is not None and below not in (None, "1", unit):
+            raise text.file.error(
+                f"the column {text.title(i)} has the unit {unit} in its name and {below} in the "
+                "row below: correct the one that is wrong",
+                text.header_line,
+            )
+        unit = below if unit is None else unit
         known, kind = _UNITS_OF.get(role, ({}, ""))
         if unit in known:
             found[role] = str(unit)

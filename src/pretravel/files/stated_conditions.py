@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from datetime import UTC, datetime, time
+from itertools import pairwise
 
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
@@ -17,6 +19,13 @@ _CONTACT = {
 }  # fmt: skip
 """Titles, or words of titles, of columns of yes and no."""
 _MISSED = {"miss", "missed"}
+_GOOD = {"valid", "used", "use", "include", "included", "keep", "gültig", "gueltig"}
+_BAD = {
+    "invalid", "outlier", "ausreißer", "ausreisser", "exclude", "excluded", "ignore", "ignored",
+    "skip", "skipped", "error", "alarm", "fault", "ungültig",
+}  # fmt: skip
+"""Titles of columns of yes and no that say which rows count, and cells of a status. Words of a
+verdict about the part (ok, bad, reject) are not among them."""
 _STATUS = {*_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis"}
 _YES = {"1", "true", "yes", "y", "ja"}
 _NO = {"0", "false", "no", "n", "nein"}
@@ -144,14 +153,15 @@ def _diameters(
         named = re.match(rf"{words}{_SIZE}", title.replace("_", " "), re.IGNORECASE)
         if named is None:
             continue
-        cells = text.column(i)
-        if len({*cells}) > 1:  # of several tips one is chosen by its name
-            cells = tuple(cell for cell in cells if cell == tip)
-        number = _number(cells[0]) if cells else None
-        if number is not None:
-            own = LENGTH_UNITS.get(unit_of_title(title) or "", factor)
-            line = text.lines[text.column(i).index(cells[0])]
-            yield line, title, own * number * _diameters_in(named)
+        cells = [*dict.fromkeys(text.column(i))]
+        if len(cells) > 1 and words != _OF_REFERENCE:  # of several tips one is chosen by its name
+            cells = [cell for cell in cells if cell == tip]
+        own = LENGTH_UNITS.get(unit_of_title(title) or "", factor)
+        for cell in cells:
+            number = _number(cell)
+            if number is not None:
+                line = text.lines[text.column(i).index(cell)]
+                yield line, title, own * number * _diameters_in(named)
     for line, comment in text.before:
         found = re.search(rf"\b{words}{_SIZE}{_VALUE}", comment, re.IGNORECASE)
         if found is not None:
@@ -201,17 +211,20 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
     for i, name in _other_columns(text, roles):
         cells = [cell.strip().lower() for cell in text.column(i)]
         words = {*re.findall(r"\w+", name), name}
-        no = set(_MISSES) if words & _STATUS else set()
+        no = {*_MISSES, *_BAD} if words & _STATUS else set()
         if words & _STATUS and words & _OF_PROBE:
             no |= _FAILED
         if set(cells) <= _YES | _NO:
-            no |= (_NO if words & _CONTACT else set()) | (_YES if words & _MISSED else set())
+            no |= _NO if words & _CONTACT or name in _GOOD else set()
+            no |= _YES if words & _MISSED or name in _BAD else set()
         missed = [row for row, cell in enumerate(cells) if cell in no]
         if missed:
             rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
+            marked = name in _GOOD | _BAD or cells[missed[0]] in _BAD
+            why = "the file itself marks it" if marked else "a touch without contact is no point"
             raise text.file.error(
-                f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: a touch without "
-                "contact is no point; exclude the line",
+                f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: {why}; exclude the "
+                "line",
                 text.lines[missed[0]],
                 inputs=("exclude",),
             )
@@ -229,6 +242,66 @@ def _refuse_other_units(text: TextTable, roles: ColumnRoles, unit: str) -> None:
                     text.lines[row],
                     inputs=("units",),
                 )
+
+
+def out_of_order(text: TextTable, roles: ColumnRoles) -> tuple[str, ...]:
+    """A sentence where a column of times says that the rows are not in their order.
+
+    Parameters
+    ----------
+    text : TextTable
+    roles : ColumnRoles
+    """
+    for i, name in _other_columns(text, roles):
+        if not _TIME.fullmatch(name):
+            continue
+        times = [_time(cell) for cell in text.column(i)]
+        back = [
+            row
+            for row, (before, after) in enumerate(pairwise(times), start=1)
+            if before is not None and after is not None and _earlier(after, before)
+        ]
+        numbers = all(each is not None and each[0] == "number" for each in times)
+        if not back or (numbers and len(back) > _MOST_BACK * len(times)):  # durations of touches
+            continue
+        row, cells = back[0], text.column(i)
+        where = f"line {text.lines[row]}: {text.title(i)} is {cells[row]}, earlier than"
+        meant = "the order of the rows is taken, on which drift and first touch depend: sort them"
+        return (f"{where} {cells[row - 1]} in the row before: {meant}",)
+    return ()
+
+
+_TIME = re.compile(
+    r"(?:time|timestamp|date|datetime|date[ _]time|zeit|zeitstempel|datum|uhrzeit|heure|hora|ora)"
+    r"(?:[ _]?(?:s|utc|\(s\)|\[s\]))?"
+)
+_HALF_A_DAY = 43_200.0
+_MOST_BACK = 0.2
+
+
+def _time(cell: str) -> tuple[str, float] | None:
+    """A time in seconds, with what it counts from; None of what is no time."""
+    number = _number(cell)
+    if number is not None:
+        return "number", number
+    try:
+        clock = time.fromisoformat(cell.strip())
+    except ValueError:
+        pass
+    else:
+        return "clock", 3600.0 * clock.hour + 60.0 * clock.minute + clock.second
+    try:
+        moment = datetime.fromisoformat(cell.strip())
+    except ValueError:
+        return None
+    return "date", moment.replace(tzinfo=moment.tzinfo or UTC).timestamp()
+
+
+def _earlier(after: tuple[str, float], before: tuple[str, float]) -> bool:
+    """Whether a time is earlier; a clock that passes midnight is not."""
+    if after[0] != before[0] or after[1] >= before[1]:
+        return False
+    return after[0] != "clock" or before[1] - after[1] < _HALF_A_DAY
 
 
 def _other_columns(text: TextTable, roles: ColumnRoles) -> Iterator[tuple[int, str]]:

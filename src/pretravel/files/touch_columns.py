@@ -30,7 +30,7 @@ from pretravel.files.roles_of_columns import (
 )
 from pretravel.files.row_statements import conditions_not_read, unknown_lines
 from pretravel.files.source_file import SourceFile
-from pretravel.files.stated_conditions import refuse_contradictions
+from pretravel.files.stated_conditions import out_of_order, refuse_contradictions
 from pretravel.files.tables import read_parquet_table
 from pretravel.files.text_table import TextTable, read_text_table
 from pretravel.touches import WORD_COLUMNS
@@ -161,7 +161,11 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         separator="" if file.ending == ".parquet" else text.separator,
         whole=whole,
         frame=frame,
-        notes=(*conditions_not_read(text.before), *unknown_lines(text.among)),
+        notes=(
+            *conditions_not_read(text.before),
+            *out_of_order(text, roles),
+            *unknown_lines(text.among),
+        ),
     )
 
 

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, FloatArray, IntArray
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, IntArray
 from pretravel.files import (
     ALL,
     CSV,
@@ -22,6 +22,7 @@ from pretravel.files import (
     Source,
     SourceFile,
     chosen,
+    comments_among,
     contacts,
     format_named,
     format_of,
@@ -30,8 +31,15 @@ from pretravel.files import (
     opened,
     read_touch_columns,
     unit_of,
+    unknown_lines,
 )
-from pretravel.touches import FEWEST_REPEATS, copied_rows_warnings, rows_in_a_row_warnings
+from pretravel.touches import (
+    FEWEST_REPEATS,
+    WORD_COLUMNS,
+    Touches,
+    copied_rows_warnings,
+    rows_in_a_row_warnings,
+)
 
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
 _AXES: tuple[MachineAxis, ...] = ("x", "y", "z")
@@ -139,7 +147,8 @@ def read_repeats(
     file = opened(source)
     heights = None if file_format else _column_of_heights(file, options)
     if heights is not None:
-        log = _checked(file, [heights], 0, "the column of heights", ())
+        told = unknown_lines(_comments_among(file, heights.lines))
+        log = _checked(file, [heights], 0, "the column of heights", told)
         return _named(file, log, options.series)
     stated = (PARQUET if file.ending == ".parquet" else CSV) if options.columns else None
     known = stated or (format_of(file) if file_format is None else format_named(file_format))
@@ -199,6 +208,16 @@ def _column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSerie
     return LoggedSeries("", scale * np.array(values), np.array([number for number, _ in rows]))
 
 
+def _comments_among(file: SourceFile, rows: IntArray) -> tuple[tuple[int, str], ...]:
+    """Comments between the heights; those that change the heights after them are refused."""
+    comments = [
+        (number, line.strip())
+        for number, line in enumerate(file.lines("a file of readings"), start=1)
+        if line.strip().startswith(_COMMENT)
+    ]
+    return comments_among(file, comments, rows.tolist(), _is_number)
+
+
 def _without_count(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
     """Lines of two cells, "3;5.0015", of which the first counts the rows: the second cells.
 
@@ -226,10 +245,56 @@ def _one_coordinate(file: SourceFile, options: ReadingOptions) -> RepeatLog | No
     there = [axis for axis in _AXES if table.has(f"{axis}_mm")]
     if len(there) != 1:
         return None
-    found = read_touch_columns(file, options).table
-    values = found.numbers(f"{there[0]}_mm")[:, 0]
-    series = [LoggedSeries("", values, np.array(found.lines))]
-    return _checked(file, series, 0, f"the axis {there[0]}", ())
+    found_columns = read_touch_columns(file, options)
+    found = found_columns.table
+    values, lines = found.numbers(f"{there[0]}_mm")[:, 0], np.array(found.lines)
+    words = {name: found.columns[name] for name in WORD_COLUMNS if found.has(name)}
+    conditions = {
+        name: found.numbers(name)[:, 0] / unit
+        for name, unit in (("feed_mm_min", 1.0), ("spindle_deg", DEGREE))
+        if found.has(name)
+    }
+    stated = {**words, **_conditions(words, conditions)}
+    keys = [" ".join(each) for each in zip(*stated.values(), strict=True)] or [""] * len(values)
+    several = list(dict.fromkeys(keys))
+    series = [
+        LoggedSeries(key if len(several) > 1 else "", values[rows], lines[rows])
+        for key in several
+        if len(rows := np.flatnonzero([own == key for own in keys]))
+    ]
+    told = tuple(found_columns.notes)
+    return _checked(file, *_repeated(series), f"the axis {there[0]}", told)
+
+
+_CONDITIONS = {"feed_mm_min": "{:g} mm/min", "spindle_deg": "spindle {:g}°"}
+"""Numbers on which a touch depends, and how a series is named by them."""
+_ONE_CONDITION = 0.01
+"""Share of the largest by which a condition varies where it is one."""
+
+
+def _conditions(
+    words: Mapping[str, Sequence[str]], conditions: Mapping[str, FloatArray | None]
+) -> dict[str, list[str]]:
+    """Feed and orientation of the spindle of each touch in words, where they change.
+
+    A pass says already what the feeds of fast and slow touches say.
+    """
+    found = {}
+    for name, values in conditions.items():
+        if values is None or (name == "feed_mm_min" and "pass" in words):
+            continue
+        order = np.sort(values)
+        apart = np.diff(order) > _ONE_CONDITION * float(np.abs(values).max())
+        if apart.any():
+            group = np.searchsorted(order[1:][apart], values, side="right")
+            means = [float(np.median(values[group == k])) for k in range(int(group.max()) + 1)]
+            found[name] = [_CONDITIONS[name].format(means[k]) for k in group]
+    return found
+
+
+def _conditions_of(rows: Touches | FilePositions) -> dict[str, list[str]]:
+    turned = None if rows.spindle is None else rows.spindle / DEGREE
+    return _conditions(rows.words, {"feed_mm_min": rows.feeds, "spindle_deg": turned})
 
 
 def _is_number(text: str) -> bool:
@@ -244,7 +309,7 @@ def _of_touches(file: SourceFile, found: FileReadings, warnings: tuple[str, ...]
     """Series of touches: the same normal, and one place across it."""
     touches = found.touches
     along = np.sum(touches.positions * touches.normals, axis=1)
-    stated = {**touches.words, **_travel(touches.approaches)}
+    stated = {**touches.words, **_conditions_of(touches), **_travel(touches.approaches)}
     groups = _groups(touches.labels, stated, touches.positions, touches.normals)
     lines = _lines(touches.lines, len(along))
     series = [LoggedSeries(name, along[rows], lines[rows]) for name, rows in groups]
@@ -265,7 +330,7 @@ def _of_positions(
         warnings = (*warnings, *missed_sentence(missed))
     kept = contacts(found)
     positions, lines = kept.positions, np.array(kept.lines)
-    stated = {**kept.words, **_travel(kept.approaches)}
+    stated = {**kept.words, **_conditions_of(kept), **_travel(kept.approaches)}
     groups = _groups(kept.labels, stated, positions, None)
     series: list[LoggedSeries] = []
     axes: dict[str, None] = {}

@@ -62,6 +62,8 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     step : float
         In which coordinates of another origin are written; zero where none is seen, and for
         compensated points, whose covariance contains the step of their touches. [mm]
+    map_used : str
+        Name of the file and identity of the map that was used; empty where it is not known.
 
     Notes
     -----
@@ -80,6 +82,7 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     face: IntArray | None = None
     step: float = 0.0
     scatter: ScatterOnPart | None = None
+    map_used: str = ""
 
     def __repr__(self) -> str:
         where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))

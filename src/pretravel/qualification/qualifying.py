@@ -260,7 +260,7 @@ def prepare(
     >>> bool(ready.used.all()), ready.delay is None
     (True, True)
     """
-    refuse_several(touches)
+    refuse_several(touches, one_reference=True)
     orientation_of(touches)  # refuses several
     latched, rotation = touches.positions, probe_rotation(setup.axis)
     # What was touched: directions, their repeats, the centre of the reference.

@@ -227,7 +227,7 @@ def touches_beside_map(
     PretravelError
         As `verify`.
     """
-    refuse_several(touches)
+    refuse_several(touches, one_reference=True)
     refuse_unverifiable(pretravel_map)
     refuse_other_orientation(touches, pretravel_map)
     conditions = [*filter(None, [tip_note(touches, pretravel_map)])]

@@ -66,6 +66,11 @@ _ONE_EACH = {
         "a map holds for one orientation: choose one of them",
         ("series",),
     ),
+    "reference": (
+        "references (column reference)",
+        "one sphere or ring is meant: describe each reference, or split the file",
+        ("reference",),
+    ),
 }
 """Columns in which one is meant: how several are called, why that is no series, what chooses."""
 _SHOWN = 4
@@ -395,7 +400,9 @@ def word_fields(words: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
     return {WORD_COLUMNS[name]: each for name, each in words.items()}
 
 
-def refuse_several(touches: Touches, *, but: Collection[str] = ()) -> None:
+def refuse_several(
+    touches: Touches, *, but: Collection[str] = (), one_reference: bool = False
+) -> None:
     """Refuse touches of several tips, parts, passes or orientations, where one is meant.
 
     Parameters
@@ -403,6 +410,8 @@ def refuse_several(touches: Touches, *, but: Collection[str] = ()) -> None:
     touches : Touches
     but : collection of str
         Columns in which several are meant, such as ``tip``.
+    one_reference : bool
+        Whether the touches must also be on one reference.
 
     Raises
     ------
@@ -418,6 +427,8 @@ def refuse_several(touches: Touches, *, but: Collection[str] = ()) -> None:
     """
     for name, words in touches.words.items():
         if name in but or name not in _ONE_EACH or len(set(words)) < 2:
+            continue
+        if name == "reference" and not one_reference:
             continue
         if name == "pass" and touches.feeds is not None:
             continue  # the feeds distinguish them, and the signal delay takes them into account

@@ -37,7 +37,9 @@ class TestMainJob:
             "label", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "pretravel_um", "u_um",
             "deviation_um",
         ]  # fmt: skip
-        assert all(name.startswith(("uncompensated_", "shared_")) for name in names[10:])
+        assert all(name.startswith(("uncompensated_", "shared_")) for name in names[10:-1])
+        assert names[-1] == "map"
+        assert {row["map"].partition(" ")[0] for row in table} == {"map.json"}
         assert len(table) == 140
         part = rows(PART)
         for given, found in zip(part, table, strict=True):

@@ -12,6 +12,7 @@ import pytest
 
 from pretravel.drawing.features.extreme_association import KINDS_BY_CRITERION
 from pretravel.drawing.tasks.measure import Criterion
+from pretravel.files.map_file import write_map
 from pretravel.files.points_reading import read_points
 from pretravel.files.points_writing import write_points
 from pretravel.measurement.compensation import apply, embed
@@ -414,6 +415,32 @@ def test_a_drawing_that_contradicts_itself_or_the_part_in_its_unit(
     )
     told = run("measure", points_file, "--drawing", features, code=2 if message else 0)
     assert re.search(message, told), told
+
+
+@pytest.mark.parametrize("ending", ["csv", "nc", "json", "parquet"])
+def test_points_state_their_map_and_one_that_changed_is_named(ending: str, tmp_path: Path) -> None:
+    points, made = tmp_path / f"points.{ending}", tmp_path / "map.json"
+    bore = ("measure", points, "--feature", "bore", "--select", "bore1*")
+    write_map(made, example_map())
+    touches = ("compensate", EXAMPLES / "bore_touches.csv", "--map", made)
+    run(*touches, "-o", points)
+    stated = read_points(points).map_used
+    assert re.fullmatch("map.json [0-9a-f]{12}", stated)
+    assert "has changed since" not in "".join(both_outputs(*bore))
+    write_map(made, replace(example_map(), coefficients=0.9 * example_map().coefficients))
+    assert f"({stated[-12:]}, now" in "".join(both_outputs(*bore))
+    made.unlink()
+    assert "has changed since" not in "".join(both_outputs(*bore))
+
+
+def test_points_of_two_maps_are_named(tmp_path: Path) -> None:
+    write_map(tmp_path / "map.json", example_map())
+    points = tmp_path / "points.csv"
+    run("compensate", EXAMPLES / "bore_touches.csv", "--map", tmp_path / "map.json", "-o", points)
+    lines = points.read_text().splitlines()
+    points.write_text("\n".join([*lines[:-1], lines[-1].replace("map.json", "old.json")]))
+    told = "".join(both_outputs("measure", points, "--feature", "bore", "--select", "bore1*"))
+    assert "compensated with 2 maps: map.json" in told
 
 
 def test_the_words_of_the_option_are_those_of_the_library() -> None:

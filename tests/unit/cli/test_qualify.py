@@ -92,3 +92,13 @@ class TestQualify:
         given = ("compensate", PART, "--map", first, "-o", tmp_path / "points.csv")
         assert "the touches do not (column feed_mm_min)" in both_outputs(*given)[1]
         assert both_outputs(*given, "--feed", 120)[1] == ""
+
+
+def test_touches_on_two_references_are_not_one_sphere(tmp_path: Path) -> None:
+    head, *lines = SPHERE.read_text().splitlines()
+    for name, code in (("A", 0), ("B", 2)):
+        rows = [f"{line},{'A' if row < 60 else name}" for row, line in enumerate(lines)]
+        (tmp_path / "t.csv").write_text("\n".join([f"{head},reference", *rows]))
+        told = run("qualify", tmp_path / "t.csv", "--diameter", 24.9987, "--kind", "mean",
+                   "-o", tmp_path / "m.json", code=code)  # fmt: skip
+    assert "of 2 references (column reference), A (60 touches) and B (15" in told

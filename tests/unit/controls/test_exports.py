@@ -460,6 +460,11 @@ class TestHeads:
         assert len(conditions_statements(made, TableSettings())) == 1
         _, lobed = conditions_statements(example_map(), TableSettings())
         assert lobed.startswith("the map has no orientation of the spindle")
+        head = replace(made, provenance=Provenance(tip="T1 (A0;B0)", orientation="A0B0"))
+        _, told_of_head = conditions_statements(head, TableSettings())
+        assert told_of_head == "of tip T1 A0 B0 and orientation A0B0 - for no other"
+        texts = linuxcnc_subroutines(head, MEAN)
+        assert "of tip T1 A0 B0 and orientation A0B0" in texts["pretravel_lookup.ngc"]
 
     def test_the_source_of_a_map_stands_as_it_is(self) -> None:
         """Signs that a control reads are replaced; nothing is written as a web page would."""

@@ -130,3 +130,58 @@ def test_a_comment_among_rows_that_changes_them_is_refused(words: str) -> None:
 def test_rows_of_two_machines_are_two_series() -> None:
     text = b"x_mm,y_mm,z_mm,nx,ny,nz,machine\n0,0,3,0,0,1,M1\n1,0,3,0,0,1,M2\n"
     assert read_readings(SourceFile("a.csv", text)).touches.words["part"] == ("M1", "M2")
+
+
+@pytest.mark.parametrize(
+    ("title", "cells", "told"),
+    [
+        ("time", ("10:00:05", "10:00:09", "10:00:01"), True),
+        ("time", ("23:59:50", "00:00:02", "00:00:09"), False),
+        ("timestamp", ("2026-03-14T10:00", "2026-03-13T10:00", "2026-03-14T11:00"), True),
+        ("time_s", ("1", "2", "3"), False),
+        ("time", ("0.41", "0.39", "0.40"), False),  # how long each touch took
+        ("date", ("14.03.2026", "", "x"), False),
+    ],
+)
+def test_rows_that_are_not_in_the_order_of_their_times(
+    title: str, cells: tuple[str, ...], *, told: bool
+) -> None:
+    rows = "".join(f"{x},0,3,0,0,1,{cell}\n" for x, cell in enumerate(cells))
+    text = f"x_mm,y_mm,z_mm,nx,ny,nz,{title}\n{rows}"
+    found = read_readings(SourceFile("a.csv", text.encode())).warnings
+    assert any("earlier than" in each for each in found) == told
+
+
+def test_a_row_of_units_must_be_that_of_the_names() -> None:
+    text = "x_mm,y_mm,z_mm,nx,ny,nz\n{0},{0},{0},1,1,1\n0,0,3,0,0,1\n"
+    assert len(read_readings(SourceFile("a.csv", text.format("mm").encode())).touches) == 1
+    with pytest.raises(InputError, match="x_mm has the unit mm in its name and inch in the row"):
+        read_readings(SourceFile("a.csv", text.format("in").encode()))
+
+
+@pytest.mark.parametrize(
+    ("title", "cells", "refused"),
+    [
+        ("valid", "10", True),
+        ("use", ("yes", "no"), True),
+        ("Outlier", "01", True),
+        ("status", ("OK", "ERROR"), True),
+        ("alarm", "01", True),
+        ("valid", "11", False),
+        ("ok", "10", False),  # a verdict about the part
+        ("result", ("pass", "reject"), False),
+        ("error", ("0.3", "0"), False),
+        ("sphere_diameter_mm", ("25", "30"), True),
+        ("sphere_diameter_mm", ("25", "24.9987"), False),
+    ],
+)
+def test_rows_that_the_file_itself_marks(
+    title: str, cells: tuple[str, ...], *, refused: bool
+) -> None:
+    rows = "".join(f"{x},0,3,0,0,1,{cell}\n" for x, cell in enumerate(cells))
+    file = SourceFile("a.csv", f"x_mm,y_mm,z_mm,nx,ny,nz,{title}\n{rows}".encode())
+    if not refused:
+        assert len(read_readings(file, JOB).touches) == 2
+        return
+    with pytest.raises(InputError, match=r"the file itself marks it|reference a diameter of 30"):
+        read_readings(file, JOB)

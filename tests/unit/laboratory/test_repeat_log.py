@@ -125,3 +125,35 @@ def test_probeopen_leaves_equal_touches_out() -> None:
 def test_what_is_no_series_is_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read_repeats(_log(text))
+
+
+@pytest.mark.parametrize(
+    ("title", "first", "second", "names"),
+    [
+        ("feed_mm_min", "50", "500", ["50 mm/min", "500 mm/min"]),
+        ("feed_mm_min", "50", "50.1", [""]),
+        ("spindle_deg", "0", "180", ["spindle 0°", "spindle 180°"]),
+        ("tip", "T1", "T2", ["T1", "T2"]),
+    ],
+)
+@pytest.mark.parametrize("places", ["x_mm,y_mm,z_mm", "trial,Z [mm]"])
+def test_touches_at_two_feeds_or_orientations_are_two_series(
+    places: str, title: str, first: str, second: str, names: list[str]
+) -> None:
+    """Their difference is no jump of one series: it is feed × delay, or the run-out."""
+    both = [(z, word) for word in (first, second) for z in HEIGHTS]
+    rows = [
+        f"{n},{z:.4f},{word}\n" if "trial" in places else f"1,2,{z:.4f},{word}\n"
+        for n, (z, word) in enumerate(both)
+    ]
+    found = read_repeats(_log(f"{places},{title}\n" + "".join(rows), "a.csv"))
+    shown = [one.name.partition("place")[0].strip() for one in found.series]
+    assert shown == names
+
+
+def test_a_comment_that_changes_heights_is_refused() -> None:
+    lines = "z_mm\n" + "".join(f"{z:.4f}\n" for z in HEIGHTS) + "# {}\n1.32\n"
+    with pytest.raises(InputError, match=r"line 7: .*may change the meaning"):
+        read_repeats(_log(lines.format("units: inch")))
+    (told,) = read_repeats(_log(lines.format("after lunch"))).warnings
+    assert "line 7 '# after lunch'" in told

@@ -269,6 +269,7 @@ class Compensate(
         PretravelError
             Touches without normals or nominal, directions outside the map.
         """
+        from pretravel.files import map_word
         from pretravel.measurement import (
             TouchSummary,
             apply_with_errors,
@@ -302,6 +303,7 @@ class Compensate(
         of_neighbours: tuple[str, ...] = ()
         if readings.normals_taken and nominal is None and self.feature == _SURFACE:
             points, of_neighbours = _with_neighbours(measured, points, seen)
+        points = replace(points, map_used=map_word(self.map_file, pretravel_map))
         summary = TouchSummary.of(measured, points, seen)
         if in_machine:
             points = placed(points, placement)

@@ -199,6 +199,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         from pretravel.drawing.alignment.aligning import only_placement
         from pretravel.drawing.alignment.alignment_fit import align
         from pretravel.drawing.alignment.tip_centres import TipCentres
+        from pretravel.files import map_word
         from pretravel.measurement import with_step_of_touches
 
         pretravel_map, coarse = with_step_of_touches(pretravel_map, readings.touches)
@@ -219,6 +220,9 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
             free=self._free(),
             extrapolate=extrapolate,
         )
+        if self.map_file is not None:
+            used = map_word(self.map_file, pretravel_map)
+            alignment = replace(alignment, points=replace(alignment.points, map_used=used))
         readings = replace(readings, warnings=(*readings.warnings, *coarse))
         return AlignedPart(self, readings, alignment, found_from)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -186,3 +187,37 @@ def _with_choice(error: PretravelError, count: int) -> PretravelError:
         "their labels, if there are others",
         inputs=(*error.inputs, "select"),
     )
+
+
+def other_maps(points: Points, path: Path) -> tuple[str, ...]:
+    """Whether points are of several maps, or of one that has changed in the folder of the points.
+
+    Parameters
+    ----------
+    points : Points
+    path : Path
+        Their file.
+
+    Returns
+    -------
+    tuple of str
+        Sentences about it.
+    """
+    from pretravel.files import MAPS_APART, map_word, read_map
+
+    several = points.map_used.split(MAPS_APART)
+    if len(several) > 1:
+        return (f"the points were compensated with {len(several)} maps: {points.map_used}",)
+    name = points.map_used.rpartition(" ")[0]
+    beside = path.parent / name
+    if not name or not beside.is_file():
+        return ()
+    try:
+        now = map_word(beside, read_map(beside))
+    except PretravelError:
+        return ()
+    if now == points.map_used:
+        return ()
+    was, is_now = (word.rpartition(" ")[2] for word in (points.map_used, now))
+    changed = f"{name} has changed since the points were compensated with it ({was}, now {is_now})"
+    return (f"{changed}: compensate again, if the new map is that of these touches",)
