@@ -1,4 +1,4 @@
-"""How large an installation is, and how soon the workbench shows its first page."""
+"""How large an installation is; how soon the workbench shows a page and a verdict, its memory."""
 
 from __future__ import annotations
 
@@ -18,9 +18,19 @@ from pathlib import Path
 import psutil
 from packaging.requirements import Requirement
 
-from benchmarks.commands import PRETRAVEL, python_file
-from benchmarks.results import Figures, Row, memory_text
+from benchmarks.commands import PRETRAVEL, python_file, spent
+from benchmarks.results import Figures, Row, memory_text, seconds_text
 from benchmarks.sizes import Sizes
+from pretravel.task.example_data import example_folder
+from tests.browser.screens import settled
+from tests.browser.workbench_server import (
+    CHROMIUM,
+    WITHOUT_SCENES,
+    new_context,
+    opened,
+    running_browser,
+    running_workbench,
+)
 
 _MOST_WAIT = 60.0
 _EMPTY_PAGE = """
@@ -127,6 +137,51 @@ def _free_port() -> int:
         return int(asked.getsockname()[1])
 
 
+_MOST_AFTER_UPLOADS = 200e6
+"""Memory of the server. [bytes]"""
+
+
+def _drops(uploads: int) -> list[Row]:
+    """The first verdict after the drop of a file, and memory after more of them, in a browser."""
+    touches = (example_folder() / "sphere_touches.csv").read_bytes()
+    with (
+        tempfile.TemporaryDirectory() as name,
+        running_workbench(Path(name)) as workbench,
+        running_browser(WITHOUT_SCENES) as browser,
+    ):
+        server = psutil.Process(workbench.process.pid)
+        page = new_context(browser, reduced_motion="reduce").new_page()
+        opened(page, f"{workbench.address}engineer")
+        page.get_by_label("Diameter of the reference [mm]").fill("24.9987")
+        page.get_by_label("Diameter of the tip [mm]").fill("6")
+        page.get_by_label("Diameter of the tip [mm]").blur()
+        taken, clock = [], []
+        for count in range(1 + uploads):  # what is imported before is none of a verdict
+            before, start = server.cpu_times(), time.monotonic()
+            dropped = {"name": f"{count}.csv", "mimeType": "text/csv", "buffer": touches}
+            page.set_input_files('.file-drop-input[data-url$="/engineer/touches"]', dropped)
+            page.wait_for_selector(f".file-name:has-text('{count}.csv')")
+            page.wait_for_selector(".verdict-card")
+            settled(page)
+            after = server.cpu_times()
+            clock.append(time.monotonic() - start)
+            taken.append(after.user + after.system - before.user - before.system)
+        memory = float(server.memory_info().rss)
+    path = str(example_folder() / "sphere_touches.csv")
+    words = ("qualify", path, "--diameter", "24.9987", "--tip-diameter", "6")
+    command = spent([*PRETRAVEL, *words], {"PYTHONDONTWRITEBYTECODE": ""}).processor
+    said = "met" if taken[0] <= 1.0 else "missed: the fit, and the pictures"
+    note = f"goal 1 s, {said}; its server, with the pictures; {seconds_text(clock[0])} by the clock"
+    kept = "met" if memory <= _MOST_AFTER_UPLOADS else "missed: its modules take 130 MB"
+    goal = memory_text(_MOST_AFTER_UPLOADS)
+    return [
+        Row("first verdict after a drop into the workbench", "", taken[0],
+            "the command", command, note),
+        Row("uploads into the workbench", f"{uploads}", None,
+            note=f"memory: goal {goal}, {kept}: {memory_text(memory)}"),
+    ]  # fmt: skip
+
+
 def _workbench(repeats: int) -> Row:
     """The workbench's first page against an empty page of NiceGUI."""
     with tempfile.TemporaryDirectory() as name:
@@ -153,4 +208,6 @@ def installed(sizes: Sizes) -> Figures:
     rows = _installation()
     if find_spec("nicegui") is not None:
         rows.append(_workbench(min(sizes.repeats, 3)))
+        if CHROMIUM.exists():
+            rows += _drops(sizes.sets // 3)
     return Figures(tuple(rows))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import socket
@@ -16,6 +17,8 @@ from pathlib import Path
 from pretravel.base import PretravelError, needed
 
 USUAL_PORT = 8765
+_USUAL_GARBAGE = 700, 10, 10
+"""Of Python: a command that ends soon leaves its garbage, a server runs all day."""
 
 
 def start(
@@ -68,6 +71,8 @@ def start(
     with tempfile.TemporaryDirectory(prefix="pretravel-", dir=place) as folder:
 
         def listening() -> None:
+            gc.freeze()  # what was imported stays
+            gc.set_threshold(*_USUAL_GARBAGE)
             say(f"The workbench is at {page} (Ctrl-C ends it)")
             say(f"The project is saved in {SESSION.current.path}")
             if browser:

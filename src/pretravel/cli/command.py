@@ -187,9 +187,9 @@ class Command(HelpUnread, TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; `ctx` is the context of click that typer brings."""
-        from pretravel.show import ignore_settings_of_folder
+        from pretravel.show import draw_for_a_command
 
-        ignore_settings_of_folder()
+        draw_for_a_command()
         try:
             return super().invoke(ctx)
         except PretravelError as error:

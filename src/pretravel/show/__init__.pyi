@@ -88,7 +88,7 @@ from .result_file import write_report as write_report
 from .solid_meshes import cylinder_mesh as cylinder_mesh
 from .solid_meshes import joined as joined
 from .solid_meshes import sphere_mesh as sphere_mesh
-from .style import ignore_settings_of_folder as ignore_settings_of_folder
+from .style import draw_for_a_command as draw_for_a_command
 from .style import some_rows as some_rows
 from .style import svg_element as svg_element
 from .terminal import printable as printable

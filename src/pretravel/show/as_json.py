@@ -4,47 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from functools import cache
-from typing import Any
-
-from cattrs import BaseValidationError, Converter, override
-from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
+from typing import TYPE_CHECKING, Any
 
 from pretravel.base import PretravelError
 from pretravel.show.chart import View
 from pretravel.show.document import (
-    Column,
     Digits,
     Document,
     FigureValue,
-    Judgement,
-    KeyFigure,
     Picture,
-    Section,
     Span,
     Table,
 )
 from pretravel.show.view_values import register_views, view_values
-from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord
-from pretravel.uncertainty import Budget, Component
+from pretravel.show.work_record import WorkRecord
+
+if TYPE_CHECKING:
+    from cattrs import Converter
 
 _INFINITE = {"infinite": 1}, {"infinite": -1}
 _MOST_DIGITS = 30
 _LARGEST_WHOLE = 10**15
-_TYPES = (
-    Document,
-    Judgement,
-    Section,
-    Table,
-    Column,
-    KeyFigure,
-    Digits,
-    Budget,
-    Component,
-    WorkRecord,
-    InputFile,
-    StatedSetting,
-)
 
 
 def document_values(document: Document) -> dict[str, Any]:
@@ -63,7 +45,7 @@ def document_values(document: Document) -> dict[str, Any]:
     >>> document_values(Document("Probe", figures=(KeyFigure("force", math.nan, "N"),)))["figures"]
     [{'name': 'force', 'value': None, 'unit': 'N'}]
     """
-    values: dict[str, Any] = _converter().unstructure(document)
+    values: dict[str, Any] = _plain(document)
     return values
 
 
@@ -100,7 +82,7 @@ def record_values(record: WorkRecord) -> dict[str, Any]:
     >>> record_values(WorkRecord("pretravel formats", (), (), "2026-01-02", ()))["date"]
     '2026-01-02'
     """
-    values: dict[str, Any] = _converter().unstructure(record)
+    values: dict[str, Any] = _plain(record)
     return values
 
 
@@ -117,6 +99,8 @@ def record_from_values(values: Mapping[str, Any]) -> WorkRecord:
 
 
 def _structured(values: Mapping[str, Any], kind: type[Any]) -> Any:
+    from cattrs import BaseValidationError
+
     try:
         return _converter().structure(values, kind)
     except (
@@ -133,12 +117,11 @@ def _structured(values: Mapping[str, Any], kind: type[Any]) -> Any:
 
 @cache
 def _converter() -> Converter:
-    converter = Converter(forbid_extra_keys=True, omit_if_default=True)
-    converter.register_unstructure_hook(float, _plain)
-    converter.register_unstructure_hook(FigureValue, _plain)
-    converter.register_unstructure_hook(float | str, _plain)
-    converter.register_unstructure_hook(float | tuple[float, ...] | None, _plain)
-    converter.register_unstructure_hook(Picture, _picture_values)
+    """It reads; writing needs no checks, and a page is not to wait for it."""
+    from cattrs import Converter, override
+    from cattrs.gen import make_dict_structure_fn
+
+    converter = Converter(forbid_extra_keys=True)
     converter.register_structure_hook(str, _text)
     converter.register_structure_hook(bool, lambda value, _: _of_type(value, bool))
     converter.register_structure_hook(int, _whole)
@@ -157,11 +140,6 @@ def _converter() -> Converter:
         return Picture.of(_text(value["caption"], str), read_view(value["view"], View))
 
     converter.register_structure_hook(Picture, picture)
-    for kind in _TYPES:
-        converter.register_unstructure_hook(
-            kind,
-            make_dict_unstructure_fn(kind, converter, _cattrs_omit_if_default=True),
-        )
     read_digits = make_dict_structure_fn(Digits, converter)
 
     def digits(value: Any, kind: Any) -> Digits:
@@ -188,20 +166,19 @@ def _converter() -> Converter:
     return converter
 
 
-def _picture_values(picture: Picture) -> dict[str, Any]:
-    return {"caption": picture.caption, "view": view_values(picture.view)}
-
-
 def _plain(value: Any) -> Any:
-    if isinstance(value, Span):
-        return {"low": _plain(value.low), "high": _plain(value.high)}
+    if isinstance(value, Picture):
+        return {"caption": value.caption, "view": view_values(value.view)}
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
     if isinstance(value, float) and math.isnan(value):
         return None
     if isinstance(value, float) and math.isinf(value):
         return _INFINITE[value < 0.0]
-    return value
+    if not is_dataclass(value):
+        return value
+    stated = {field.name: (getattr(value, field.name), field.default) for field in fields(value)}
+    return {name: _plain(each) for name, (each, default) in stated.items() if each != default}
 
 
 def _of_type(value: Any, kind: type[Any]) -> Any:

@@ -61,6 +61,9 @@ _NEAR = 5e-3
 """Of the size of a body: what is nearer to its surface lies on it, and is not hidden by it."""
 _PIECES = 24
 """About as many signs are as wide as a chart."""
+_ABOVE_COMPASS = 32.0
+"""Points from a polar chart to its title. Titles have a height: to find a free one, matplotlib
+places all numbers of the axes once more in each of three turns."""
 _SYMBOLS = {"dot": "o", "ring": "o", "cross": "x", "diamond": "D"}
 
 
@@ -116,7 +119,7 @@ def _plane(chart: PlaneChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         axes.set_aspect("equal", adjustable="box" if fixed else "datalim")
     axes.grid(color=LIGHT["grid"], lw=0.6)
     axes.set_axisbelow(True)
-    axes.set_title(chart.title, fontsize=11)
+    axes.set_title(chart.title, fontsize=11, y=1.0)
     _legend_and_note(axes, chart.note, below=0.16)
 
 
@@ -188,7 +191,7 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         axes.set_axis_off()
     draw_notes(_notes_in_sight(chart), axes)
     axes.tick_params(labelsize=7)
-    axes.set_title(chart.title if chart.bare else title_and_frame(chart), fontsize=11)
+    axes.set_title(chart.title if chart.bare else title_and_frame(chart), fontsize=11, y=1.0)
     if chart.scale is not None:
         from matplotlib.cm import ScalarMappable
 
@@ -241,7 +244,7 @@ def _polar_axes(figure: Figure, cell: tuple[int, int, int], title: str) -> Polar
 
     axes = figure.add_subplot(*cell, projection="polar")
     assert isinstance(axes, PolarAxes)
-    axes.set_title(title, fontsize=11, pad=14)
+    axes.set_title(title, fontsize=11, y=1.0, pad=_ABOVE_COMPASS)
     axes.set_thetagrids(np.arange(0.0, 360.0, 45.0), COMPASS)
     axes.tick_params(labelsize=8)
     axes.set_axisbelow(True)

@@ -82,7 +82,12 @@ def words_used(documents: Iterable[Document]) -> tuple[GlossaryEntry, ...]:
     text = "\n".join(part for document in documents for part in _texts(document))
     for other in ("standard deviation", "Deviations from the procedure"):  # none of a point
         text = text.replace(other, "")
-    return tuple(entry for entry in glossary() if _pattern(entry.words).search(text))
+    small = text.lower()  # to compile a pattern takes as long as to search ten texts
+    return tuple(
+        entry
+        for entry in glossary()
+        if any(word.lower() in small for word in entry.words) and _pattern(entry.words).search(text)
+    )
 
 
 @cache

@@ -19,24 +19,48 @@ DOTS = 130
 """Of a picture per inch."""
 _GAP = 10  # dots on each side of what is drawn, where empty rows are left out
 _ENDINGS = (".png", ".svg", ".pdf")
-_folder = {"trusted": True}
-"""Whether a ``matplotlibrc`` of the current folder is used, which matplotlib reads first."""
+_command = {"runs": False}
+"""Whether a command runs: without settings of the folder, and without help for matplotlib."""
+_MAKES_HELP = "_update_set_signature_and_docstring"
+"""Of matplotlib's artists: makes help for ``set`` of each kind when the kind is made."""
 
 
-def ignore_settings_of_folder() -> None:
+def draw_for_a_command() -> None:
     """Draw without a ``matplotlibrc`` of the current folder: it can start other programs (LaTeX).
 
-    For the command line, which runs next to files of strangers.
+    For the command line, which runs next to files of strangers. Half of the time in which
+    matplotlib is loaded makes texts of help, which no command shows: they stay empty.
     """
-    _folder["trusted"] = False
+    _command["runs"] = True
 
 
-def _drop_settings_of_folder() -> None:
+def _prepare_for_a_command() -> None:
     import matplotlib as mpl
+    from matplotlib import artist
 
-    if not _folder["trusted"] and Path(mpl.matplotlib_fname()).resolve().parent == Path.cwd():
+    if not _command["runs"]:
+        return
+    _command["runs"] = False
+    if Path(mpl.matplotlib_fname()).resolve().parent == Path.cwd():
         mpl.rcdefaults()
-    _folder["trusted"] = True
+    kinds = artist.Artist
+    makes_help = vars(kinds).get(_MAKES_HELP)
+    if makes_help is None:  # another version of matplotlib, which is loaded as it is
+        return
+    one_help = artist.kwdoc
+    setattr(kinds, _MAKES_HELP, classmethod(lambda _: None))
+    artist.kwdoc = _no_help
+    try:
+        import matplotlib.figure
+        import matplotlib.projections  # noqa: F401
+    finally:
+        setattr(kinds, _MAKES_HELP, makes_help)
+        artist.kwdoc = one_help
+
+
+def _no_help(artist: object) -> str:
+    del artist
+    return ""
 
 
 def new_figure(
@@ -47,9 +71,9 @@ def new_figure(
     An interactive one is known to pyplot: notebooks show it below the cell, ``plt.show()`` in a
     window.
     """
+    _prepare_for_a_command()
     from matplotlib.figure import Figure
 
-    _drop_settings_of_folder()
     make = Figure
     if interactive:
         from matplotlib.pyplot import figure as make  # type: ignore[assignment]

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, get_args, get_origin
+from typing import TYPE_CHECKING, Any, get_args, get_origin
 
 import numpy as np
-from cattrs import Converter
-from cattrs.strategies import configure_tagged_union
 
 from pretravel.base import LARGEST_NUMBER
 from pretravel.show.chart import Chart, TopView, View
@@ -23,6 +21,9 @@ from pretravel.show.chart_marks import (
     SpaceMark,
     SpaceMesh,
 )
+
+if TYPE_CHECKING:
+    from cattrs import Converter
 
 _KIND = "kind"
 _UNIONS = (Mark, LineMark | Dots | Area | Rule, SpaceMark, Chart)
@@ -85,6 +86,8 @@ def register_views(converter: Converter) -> None:
     converter : Converter
         With the hooks for plain types.
     """
+    from cattrs.strategies import configure_tagged_union
+
     converter.register_structure_hook_func(_is_array, _array)
     for union in _UNIONS:
         for kind in get_args(union):

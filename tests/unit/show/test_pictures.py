@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
+import subprocess
+import sys
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -18,8 +21,10 @@ from pretravel.design.tasks.identify.report import identification_view
 from pretravel.files.probe_history import add_verification, read_history
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.prediction.catalogue import load_probe
-from pretravel.show.chart import PlaneChart, PolarChart
+from pretravel.show.chart import Axis, PlaneChart, PolarChart, View
+from pretravel.show.chart_files import drawn_figure
 from pretravel.show.chart_marks import Bars, Dots, LineMark, Rule
+from pretravel.show.style import drawn_pixels
 from pretravel.tasks.history.picture import history_view
 from pretravel.tasks.verify.picture import verification_view
 from tests.support.example_maps import example_map, lobes
@@ -141,3 +146,32 @@ def test_friction_shows_every_direction(count: int) -> None:
         dots = each.marks[1]
         assert isinstance(dots, Dots)
         assert np.radians(dots.x) == pytest.approx(azimuth_angle(directions) % (2.0 * np.pi))
+
+
+def _line() -> View:
+    line = LineMark(np.arange(3.0), np.array([0.0, 2.0, 1.0]), "force")
+    return View("Touch", (PlaneChart("Force", Axis("time", "s"), Axis("force", "N"), (line,)),))
+
+
+_IN_A_COMMAND = """
+import hashlib
+import numpy as np
+from pretravel.show import Axis, LineMark, PlaneChart, View, draw_for_a_command, drawn_figure
+from pretravel.show.style import drawn_pixels
+draw_for_a_command()
+line = LineMark(np.arange(3.0), np.array([0.0, 2.0, 1.0]), "force")
+view = View("Touch", (PlaneChart("Force", Axis("time", "s"), Axis("force", "N"), (line,)),))
+pixels = drawn_pixels(drawn_figure(view))
+from matplotlib.artist import kwdoc
+from matplotlib.lines import Line2D
+assert "linewidth" in kwdoc(Line2D), "what matplotlib offers to others is as it was"
+print("linewidth" in (Line2D.set.__doc__ or ""), hashlib.sha256(pixels).hexdigest())
+"""
+
+
+def test_a_command_draws_the_same_without_texts_of_help() -> None:
+    told = subprocess.run(
+        [sys.executable, "-c", _IN_A_COMMAND], check=True, capture_output=True, text=True
+    )
+    here = hashlib.sha256(drawn_pixels(drawn_figure(_line()))).hexdigest()
+    assert told.stdout.split() == ["False", here]

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from nicegui import ui
+from nicegui import Client, ui
 from nicegui.element import Element
 from nicegui.elements.mixins.text_element import TextElement
 from nicegui.slot import Slot
@@ -167,6 +167,8 @@ def warning(content: str) -> Element:
 _ON_ITS_WAY = 3.0
 """Time for which replaced controls still hear the click that a slow browser sent to them. [s]"""
 _LATE = 0.5
+_of_place: weakref.WeakKeyDictionary[Element, list[Listener]] = weakref.WeakKeyDictionary()
+"""By rebuilt place, what ends the handlers of its content: the place itself stays."""
 _replaced: weakref.WeakSet[Element] = weakref.WeakSet()
 """What is not on the page any more, and follows no changes."""
 
@@ -178,6 +180,9 @@ def rebuild(place: Element, build: Callable[[], object]) -> None:
     drawn what is new, a person clicks and types in what was there before. `workbench.js` does the
     rest, for a control that is replaced between the press and the release of the mouse.
     """
+    for end in _of_place.pop(place, ()):
+        end()
+    _of_place[place] = []
     before = list(place.default_slot.children)
     inner = [each for child in before for each in child.descendants(include_self=True)]
     _replaced.update(inner)
@@ -210,6 +215,11 @@ def _is_gone(slot: Slot) -> bool:
         return True
 
 
+_ends: weakref.WeakKeyDictionary[Client, set[Listener]] = weakref.WeakKeyDictionary()
+"""By tab, what ends its handlers. NiceGUI forgets none of its own until the tab closes: with each
+new result of a screen that is open all day, the old one would stay in memory."""
+
+
 def here(subscribe: Iterable[Callable[[Listener], Listener]], handler: Listener) -> None:
     """Call a handler in this place of this tab on changes, until the tab closes.
 
@@ -223,19 +233,27 @@ def here(subscribe: Iterable[Callable[[Listener], Listener]], handler: Listener)
     client = ui.context.client
 
     def called() -> None:
+        if end not in _ends.get(client, ()):  # ended by another handler of the same change
+            return
         if client.is_deleted or _is_gone(slot):
             end()
             return
         with slot:
             handler()
 
-    ends = [add(called) for add in subscribe]
+    listening = [add(called) for add in subscribe]
 
     def end() -> None:
-        for one in ends:
+        for one in listening:
             one()
+        _ends.get(client, set()).discard(end)
 
-    client.on_delete(end)
+    if client not in _ends:
+        _ends[client] = set()
+        client.on_delete(lambda: [one() for one in tuple(_ends.pop(client, ()))])
+    _ends[client].add(end)
+    if slot.parent in _of_place:
+        _of_place[slot.parent].append(end)
 
 
 def live(
