@@ -223,10 +223,11 @@ def coarse_table_warnings(
     allowed = _allowed_deviation(pretravel_map, settings)
     if table.largest_error <= allowed:
         return ()
+    asked = settings.form == "auto" or settings.tolerance is not None
+    more = f", more than the {allowed / MICROMETRE:.2g} µm that are allowed" if asked else ""
     warning = (
-        f"the table deviates from the map by up to {table.largest_error / MICROMETRE:.3f} µm, more "
-        f"than the {allowed / MICROMETRE:.2g} µm that are allowed: there are too few variables for "
-        "a finer table"
+        f"the table deviates from the map by up to {table.largest_error / MICROMETRE:.3f} µm{more}"
+        ": there are too few variables for a finer table"
     )
     if exact_lookup(pretravel_map) is not None:
         warning += ". The form 'formula' is exact and needs no table"

@@ -110,7 +110,7 @@ def _radii_statements(
         f"the angles are {meaning} - from X toward Y of the machine",
         f"with these angles the nearest radius is wrong by {_residuals(table)} in the XY plane",
         f"a control that takes the angles as {other} is wrong by {misread} at most",
-        f"for comparison: radii of a calibration by the control are wrong by {_residuals(touched)}",
+        f"radii from a calibration by the control are wrong by {_residuals(touched)}",
         "not yet tried on a control. Compare with a calibration by the control before use",
     ]
 

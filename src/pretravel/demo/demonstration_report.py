@@ -55,9 +55,9 @@ _SPHERE_TEXT = (
     (
         "Fitted: errors on the sphere at the touches that the map was made from. Left out: errors "
         "on the sphere in directions that were left out of the fit, a fifth of them at a time. A "
-        "sector table needs touches in all its sectors: those on the sphere are too few to leave "
-        "any out. One radius for all: the map of the kind mean, fitted to all touches on the "
-        "sphere."
+        "sector table (eight radii and the two axis radii of other tables) needs touches in all "
+        "its sectors: those on the sphere are too few to leave any out. One radius for all: the "
+        "map of the kind mean, fitted to all touches on the sphere."
     ),
     (
         "On the part: difference from the physical map at the part's 140 points, without the shift "
@@ -164,7 +164,7 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
                       f"{value_text(left['eight sectors', 'part'], 'µm')} with eight radii, as "
                       "touched; with the map U of a point is at most "
                       f"{value_text(2.0 * u_part, 'µm')}"),
-            KeyFigure("Centroid KP-3, real data", "rms error "
+            KeyFigure("a real probe", "Centroid KP-3, in a ring gauge: rms error "
                       f"{value_text(ring['mean'], 'µm')} with one radius, "
                       f"{value_text(ring[BEST], 'µm')} with the map"),
         ),

@@ -259,8 +259,8 @@ Polars: TypeAlias = Annotated[
 Approach: TypeAlias = Annotated[
     Literal["normal", "file"],
     Field(
-        help="Direction of approach. normal: against the surface normal; file: the columns "
-        "ax,ay,az of the targets.",
+        help="Direction of approach, against the surface normal or that of the columns ax,ay,az "
+        "in the file of targets.",
     ),
 ]
 Units: TypeAlias = Literal["mm", "inch"]
@@ -290,9 +290,9 @@ class PlacedPart(Task):
     place: Annotated[
         str | None,
         Field(
-            help="Placement of the part's frame in the machine (x,y,z in mm, then rotations about "
-            "x, y, z in degrees, or the .json file of pretravel align, with touches in the "
-            "machine's frame). The rotations are about the machine's axes, in that order; the "
+            help="Placement of the part's frame in the machine, for touches in the machine's frame "
+            "(x,y,z in mm, then rotations about x, y, z in degrees; or the .json file of pretravel "
+            "align). The rotations are about the machine's axes, in that order; the "
             "probe is not rotated.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
@@ -74,7 +75,7 @@ def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
         "--verbose",
     )
     assert "the trend over 5 days is too uncertain" in " ".join(told.split())
-    assert "earliest date (95 %) within the recorded days" in " ".join(told.split())
+    assert "earliest due date (95 %) within the recorded days" in " ".join(told.split())
     assert "compared with the map of map.json" in " ".join(told.split())
     assert "allowed change of the map 0.01 µm (given)" in " ".join(told.split())
     assert "Each day: difference from the map" in told
@@ -100,7 +101,7 @@ def test_copies_future_dates_and_conditions_of_days_are_named(tmp_path: Path) ->
 def test_a_jump_begins_the_trend_anew(tmp_path: Path) -> None:
     logs, table = month(tmp_path / "logs", 14, jump=(8, 0.005)), tmp_path / "h.csv"
     told, _ = both_outputs("history", logs, *SPHERE, "--limit", 3, "-o", table, "--verbose")
-    assert told.startswith("since the jump or new map of 2026-03-09: no drift is detected")
+    assert told.startswith("since the jump of 2026-03-09: no drift is detected")
     assert "jump: the trend starts again" in told
     assert "The map was made from sphere_2026-03-01.csv: the row" in " ".join(told.split())
     assert [row["series"] for row in rows(table)] == 8 * ["1"] + 6 * ["2"]
@@ -123,6 +124,25 @@ def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
     # 0.3 µm a day: 4 µm after 13.3 days. u of the slope: 0.1 µm / 6.5 days, 5 % of it.
     assert abs((due - datetime(2026, 3, 14)).days) <= 3
     assert len(rows(tmp_path / "h.csv")) == 8
+
+
+def test_a_new_map_is_not_called_a_jump(tmp_path: Path) -> None:
+    probe, start = tmp_path / "probe.jsonl", datetime(2026, 3, 1, 8, tzinfo=UTC)
+    maps = {
+        "old.json": old_map(),
+        "new.json": replace(old_map(), coefficients=old_map().coefficients * 1.001),
+    }
+    for day in range(6):
+        name = "old.json" if day < 3 else "new.json"
+        add_verification(
+            probe, check(touches(300 + day)), pretravel_map=maps[name], map_name=name,
+            touches_name="t", decision="accepted new.json" if day == 2 else "kept",
+            time=start + timedelta(days=day),
+        )  # fmt: skip
+    told = run("history", probe, "--limit", 4)
+    assert "; since the new map of 2026-03-04: " in told
+    assert told.count("not changed; the history continues with new.json") == 1
+    assert "old map" in told
 
 
 def test_what_a_terminal_would_obey_is_shown_as_text(

@@ -139,6 +139,8 @@ class TestControls:
         assert asked["tolerance"] == 4e-4
         (warned,) = coarse.warnings
         assert "by up to 0.500 µm, more than the 0.4 µm that are allowed" in warned
+        (warned,) = _exported(monkeypatch, name, base=base, form="table")[0].warnings
+        assert "by up to 0.500 µm: there are too few variables" in warned
 
     @pytest.mark.parametrize("name", ["fanuc", "haas", "siemens"])
     def test_a_table_is_written_where_it_is_fine_enough(

@@ -357,6 +357,7 @@ class TestVectorRadii:
             sector = np.floor((azimuth + turn + 15.0) / 30.0).astype(int) % 12
             radius = np.array([variables[order[i]] for i in sector])
             left[meaning] = float(np.max(np.abs(radius - truth)) * 1e3)
+        assert not re.search(r"\([^)]*_", text)  # the sign for what Macro B cannot print
         told = [float(x) for x in re.findall(r"([\d.]+) UM AT MOST", text)]
         other = "travel" if angles == "normals" else "normals"
         # Two decimals, and 0.1° beside the borders of sectors.

@@ -123,6 +123,13 @@ class TestCatalogue:
         with pytest.raises(InputError, match="use a point as decimal sign"):
             read_readings(path, ReadingOptions(units="mm", plan=PLAN, tip_radius=3.0))
 
+    def test_lines_of_dprnt_are_positions(self, tmp_path: Path) -> None:
+        """As a Fanuc prints X#5061[44]Y#5062[44]Z#5063[44]: blanks may stand for zeros."""
+        path = written(tmp_path, "%\nX  212.3787Y  -87.8937Z -124.7300\nX1.0000Y2.0000Z3.0000\n%\n")
+        assert format_of(path).name == "positions"
+        found = read_log_positions(path, "mm").positions
+        assert found.tolist() == [[212.3787, -87.8937, -124.73], [1.0, 2.0, 3.0]]
+
     @pytest.mark.parametrize(
         ("text", "words"),
         [

@@ -18,6 +18,7 @@ from pretravel.files.map_file import write_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap, over_support
+from pretravel.maps.sector_tables import touched_sectors
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.comparison import (
     UNCORRECTED,
@@ -41,6 +42,9 @@ class TestComparison:
         assert left["eight sectors", "equator"].largest == pytest.approx(1.0)
         assert left["four directions", "equator"].rms > left["eight sectors", "equator"].rms
         assert left["full map", "all"].largest == 0.0
+        # The file of the table says the same as the comparison.
+        table = touched_sectors(lobes(3, phase=90 * DEGREE))
+        assert left["eight sectors", "equator"].rms == table.rms
         # All directions contain the equator.
         for (method, where), row in left.items():
             assert left[method, "all"].largest >= row.largest, where

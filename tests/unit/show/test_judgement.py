@@ -8,14 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.directions import from_angles, sphere_pattern_25
+from pretravel.base.units import DEGREE
+from pretravel.maps.kinds.harmonic import HarmonicBasis
+from pretravel.maps.pretravel_map import over_support
 from pretravel.qualification.qualifying import qualify
 from pretravel.show.document import Document, Judgement
 from pretravel.show.page import page_text
 from pretravel.show.result_file import read_result
-from pretravel.tasks.qualify.summary import judgement
+from pretravel.tasks.qualify.summary import judgement, map_span
 from pretravel.touches import Touches
 from tests.support.commands import run
+from tests.support.example_maps import made_up_map
 from tests.support.examples import SPHERE
 from tests.support.touches_of_days import day_of
 
@@ -83,3 +87,14 @@ def test_a_page_shows_word_and_colour() -> None:
     html = page_text(document)
     assert '<p class="verdict bad"><strong class="judgement">Exceeds</strong>' in html
     assert 'class="judgement"' not in page_text(replace(document, judgement=None))
+
+
+def test_the_smallest_pretravel_lies_between_the_directions_of_the_report() -> None:
+    """Two pits at a polar angle of acos(1/√3): the directions spread over the map are some degrees
+    apart and miss them. The steps of the search end at 0.02°, which leaves a millionth."""
+    terms = np.array([[0, 0], [3, 2]])
+    made = made_up_map(HarmonicBasis(terms), coefficients=np.array([0.010, 0.001]))
+    truth = made.pretravel(from_angles(np.arccos(1 / np.sqrt(3.0)), np.array([90 * DEGREE])))
+    spread = over_support(made)[1].min()
+    assert spread > truth[0] * (1.0 + 1e-3)
+    assert map_span(made).low == pytest.approx(truth[0] * 1e3, rel=1e-6)

@@ -1,4 +1,4 @@
-"""Positions from lines such as ``G1 X1.0 Y2.0 Z3.0``, as users write them with LinuxCNC's LOG."""
+"""Positions from lines such as ``G1 X1.0 Y2.0 Z3.0``, written with LinuxCNC's LOG or DPRNT."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def _is_position(line: str) -> bool:
 
 POSITIONS = FileFormat(
     name="positions",
-    what="lines G1 X… Y… Z…, written with LinuxCNC's LOG",
+    what="lines X… Y… Z…, as DPRNT and LinuxCNC's LOG write them",
     reads="positions",
     needs="plan; units without G20, G21",
     verified="LinuxCNC 2.9 (Debian 12), running",

@@ -54,7 +54,7 @@ class ModelDrawing:
         more = ""
         if not self.has_pmi:
             more = (
-                "# The model has no semantic PMI. These are its faces that can carry a size: "
+                "# The model has no semantic PMI. These are its bores, bosses and spheres: "
                 "give the\n# tolerances, and delete what is not measured.\n"
             )
         return features_text(self.part.name, self.pmi, self.drawn, self.numbers, more)

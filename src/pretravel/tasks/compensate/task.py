@@ -108,7 +108,8 @@ class Compensate(
         Path | None,
         Field(
             help="Variances of machine and probe by direction, from pretravel separate (.json or "
-            ".csv), which replace the map's repeatability in u (not the machine file of programs).",
+            ".csv), which replace the map's repeatability in u (not the file of pretravel "
+            "machine).",
             label="Separation of machine and probe",
             reads=True,
             without=(SEVERAL_TIPS,),

@@ -150,7 +150,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
     """
     limit = value_text(drift.limit / MICROMETRE, "µm")
     since = drift.moments[drift.starts[-1]]
-    after = f"since the jump or new map of {_date(since)}: " if drift.starts[-1] else ""
+    after = f"since the {_beginning(drift, drift.starts[-1])} of {_date(since)}: "
+    after = after if drift.starts[-1] else ""
     last_day = "" if drift.drifting else _last_day_words(drift)
     span = float(drift.times[-1] - drift.times[drift.starts[-1]])
     if not drift.last and len(drift.times) - drift.starts[-1] >= FEWEST_VALUES:
@@ -194,6 +195,11 @@ def drift_verdict(drift: DriftOverTime) -> str:
         f"{after}no drift is detected; a drift too small to be detected in these days could reach "
         f"{limit} {on} at the earliest (95 %{_sooner(drift)})"
     )
+
+
+def _beginning(drift: DriftOverTime, start: int) -> str:
+    """Why the trend starts again in a row."""
+    return "jump" if start in {b.day for b in drift.breaks if not b.apart} else "new map"
 
 
 def _over(drift: DriftOverTime, time: float) -> bool:
@@ -257,7 +263,7 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         over = _over(drift, early)
         remark += "" if over else _sooner(drift)
         date = "within the recorded days" if over else _date(drift.moment(early))
-        found.append(KeyFigure("earliest date (95 %)", date, remark=remark))
+        found.append(KeyFigure("earliest due date (95 %)", date, remark=remark))
     return tuple(found)
 
 
@@ -532,9 +538,10 @@ def _chart(drift: DriftOverTime, quantity: DailyQuantity) -> PlaneChart:
             dots = Dots(times[at], quantity.values[at], name, colour, u=_BAND * quantity.u[at],
                         symbol=symbol, labels=tuple(labels[row] for row in at))  # fmt: skip
             marks.append(dots)
+    names = [_beginning(drift, start) for start in drift.starts[1:]]
     marks += [
-        Rule(_middle(times, start), "" if k else "jump or new map", "ink", upright=True)
-        for k, start in enumerate(drift.starts[1:])
+        Rule(_middle(times, start), "" if name in names[:k] else name, "ink", upright=True)
+        for k, (start, name) in enumerate(zip(drift.starts[1:], names, strict=True))
     ]
     y = Axis(f"{quantity.name}, day − map", quantity.unit)
     return PlaneChart(quantity.name, _time_axis(drift.moments[0], end), y, tuple(marks))
@@ -579,7 +586,7 @@ def _course_marks(one: QuantityCourse, end: float | None, *, named: bool) -> lis
         Rule(one.start + side * one.due.limit, "limit" if side > 0.0 else "", "limit")
         for side in sides
     ]
-    for date, words in ((one.due.early, "earliest date (95 %)"), (one.due.due, "due date")):
+    for date, words in ((one.due.early, "earliest due date (95 %)"), (one.due.due, "due date")):
         if date <= end:
             marks.append(
                 Rule(date, words, "series2" if "due" in words else "series4", upright=True)

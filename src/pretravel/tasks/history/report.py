@@ -76,8 +76,8 @@ def _verifications_table(entries: Sequence[Entry]) -> Table:
             Column.of("size", numbers("size_um"), "µm", signed_decimals(2)),
             Column.of("amplitude", numbers("amplitude_percent"), "%", signed_decimals(1)),
             Column.of("turn", numbers("turn_deg"), "°", signed_decimals(2)),
-            Column.of("repeat.", numbers("repeatability_um"), "µm", decimals(2)),
-            Column.of("decision", [decision_words(str(entry["decision"])) for entry in entries]),
+            Column.of("repeatability", numbers("repeatability_um"), "µm", decimals(2)),
+            Column.of("old map", [decision_words(str(entry["decision"])) for entry in entries]),
         )
     )
 

@@ -75,7 +75,7 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
 
 def _of_update(plan: TouchPlan) -> str:
     """What u contains that a qualification with the old map says."""
-    shown = "rms over the whole map: the value that qualify will print for it"
+    shown = "rms over the whole map: about the value that qualify will print for it"
     if not plan.prior.from_center:
         return shown
     return (

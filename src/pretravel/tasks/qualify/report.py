@@ -270,7 +270,8 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
     return Section(
         "Six-seat model",
         figures=(
-            figure("lever / radius", "lever_ratio", "", 1.0, "lever over tripod radius"),
+            figure("lever / radius", "lever_ratio", "", 1.0,
+                   "from the tip to the plane of the rods, over the tripod radius"),
             figure("support angle", "support_angle", "°", 1.0 / DEGREE),
             figure("first rod", "rod_azimuth", "°", 1.0 / DEGREE, "azimuth, or 120° further"),
             figure("lateral deflection", "lateral_deflection", "µm", 1.0 / MICROMETRE),

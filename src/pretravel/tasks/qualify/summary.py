@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pretravel.base import MICROMETRE, describe
-from pretravel.maps import over_support
+from pretravel.maps import PretravelMap, over_support
 from pretravel.qualification import KindScore, Qualification, radius_budget
 from pretravel.show import (
     Judgement,
@@ -26,6 +26,7 @@ _GRADES = {
     "poor": Judgement("bad", "Poor"),
 }
 _NOT_KNOWN = Judgement("caution", "Not known")
+_ACROSS = np.linspace(-1.0, 1.0, 21)
 
 
 def judgement(result: Qualification) -> Judgement:
@@ -104,7 +105,7 @@ def summary_figures(
             coverage_factor=radius_budget(result).coverage_factor(),
         ),
         KeyFigure(
-            "pretravel", Span.of(value / MICROMETRE), "µm",
+            "pretravel", map_span(pretravel_map), "µm",
             remark=f"largest at {describe(directions[highest])}",
         ),
         KeyFigure(
@@ -114,6 +115,26 @@ def summary_figures(
         ),
         KeyFigure("next", result.next_step or _use(saved)),
     )  # fmt: skip
+
+
+def map_span(pretravel_map: PretravelMap) -> Span:
+    """Smallest and largest pretravel of a map, in µm.
+
+    A map is smallest in a pit near the axis that is narrower than the directions are apart: there
+    they are made denser.
+    """
+    directions, value, _ = over_support(pretravel_map)
+    lowest, least = directions[int(np.argmin(value))], float(value.min())
+    for radius in (0.1, 0.02, 0.004):
+        across = np.linalg.svd(lowest[None, :])[2][1:]
+        steps = radius * np.stack(np.meshgrid(_ACROSS, _ACROSS), axis=-1).reshape(-1, 2)
+        near = lowest + steps @ across
+        near /= np.linalg.norm(near, axis=1, keepdims=True)
+        near = near[pretravel_map.support.supports(near)]
+        found = pretravel_map.pretravel(near @ pretravel_map.rotation.T)
+        if len(found) and found.min() < least:
+            lowest, least = near[int(np.argmin(found))], float(found.min())
+    return Span.of(np.array([least, value.max()]) / MICROMETRE)
 
 
 def _weights(scores: Sequence[KindScore]) -> str:

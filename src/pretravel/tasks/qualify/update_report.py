@@ -21,7 +21,6 @@ from pretravel.show import (
     PlaneChart,
     Rule,
     Scale,
-    Span,
     Table,
     TopView,
     View,
@@ -36,6 +35,7 @@ from pretravel.show import (
     signed_decimals,
     top_view_grid,
 )
+from pretravel.tasks.qualify.summary import map_span
 
 
 def map_update_document(
@@ -80,7 +80,7 @@ def map_update_document(
 def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
     u_center = np.sqrt(np.maximum(np.diag(result.center_covariance), 0.0)) / MICROMETRE
     _, _, old_u = over_support(result.prior_map)
-    _, value, u = over_support(result.pretravel_map)
+    _, _, u = over_support(result.pretravel_map)
     dof = result.repeatability_dof
     return (
         KeyFigure("map kind", result.pretravel_map.kind),
@@ -88,7 +88,7 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
             "centre", tuple(result.center.tolist()), "mm", decimals(5),
             tuple(u_center.tolist()), "µm", decimals(2),
         ),
-        KeyFigure("pretravel", Span.of(value / MICROMETRE), "µm", remark="over the whole map"),
+        KeyFigure("pretravel", map_span(result.pretravel_map), "µm", remark="over the whole map"),
         KeyFigure(
             "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
             remark="rms over the whole map; when the old map was made: "

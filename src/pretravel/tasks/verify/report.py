@@ -228,8 +228,8 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
         f"size, amplitude, turn {p_value(result.p_form)}; all directions {p_value(result.p_map)}; "
         f"repeatability {p_value(result.p_repeatability)}",
         remark="probability of differences at least as large if nothing has changed; below "
-        f"{result.false_alarm_rate / _TESTS:.2g} (the false-alarm rate, shared by {_TESTS} tests) "
-        "the probe is reported as changed",
+        f"{result.false_alarm_rate / _TESTS:.2g} (the false-alarm rate, shared by {_TESTS} tests, "
+        "whether made or not) the probe is reported as changed",
         detail=True,
     )
     if math.isnan(result.repeatability):

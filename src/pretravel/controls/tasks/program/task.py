@@ -279,8 +279,8 @@ class ProgramAxis(ProgramTask):
     sense: Annotated[
         Literal["against", "with"],
         Field(
-            help="Sense in which the sphere turns for a growing angle: against (left-handed about "
-            "the machine's axis, as on a table) or with (right-handed).",
+            help="Sense in which the sphere turns for a growing angle, against the right-hand rule "
+            "about the machine's axis (as on a table) or with it.",
         ),
     ] = "against"
     turning_feed: Annotated[

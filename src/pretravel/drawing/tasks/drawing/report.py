@@ -19,8 +19,14 @@ def drawing_document(model: ModelDrawing) -> Document:
         features = model.drawn.features
         return Document(
             title=name,
-            verdict=f"{name} has no semantic PMI (AP242){_drawn(model.pmi.annotations)}; "
-            f"{len(features)} of its features can carry a size",
+            verdict=f"{name} has no tolerances that software can read (semantic PMI, AP242)"
+            f"{_drawn(model.pmi.annotations)}; "
+            + (
+                f"the drawing lists {_count(len(features), 'feature')} with a diameter: give the "
+                "tolerances"
+                if features
+                else "it has no bores, bosses or spheres"
+            ),
             tables=(_skeleton_table(model),) if features else (),
             pictures=pictures,
             warnings=_texts(model),

@@ -20,7 +20,13 @@ class ReadDrawing(Reported):
     example = "pretravel drawing part.step -o drawing.toml"
 
     step: Annotated[
-        Path, Field(help="A STEP file, with semantic PMI or without.", positional=True, reads=True)
+        Path,
+        Field(
+            help="A STEP file; if it contains no tolerances (semantic PMI), the drawing lists its "
+            "bores, bosses and spheres to fill in.",
+            positional=True,
+            reads=True,
+        ),
     ]
     output: Annotated[
         Path | None,

@@ -129,8 +129,8 @@ class Measure(LaboratoryReport):
     select: Annotated[
         tuple[str, ...],
         Field(
-            help='Points of one feature, by label with wildcards * and ?, "bore1*", or by number, '
-            "10..21. Each --select is one feature.",
+            help="Points of one feature (with --group of several), by label with wildcards * and "
+            '?, "bore1*", or by number, 10..21. Each --select is one feature.',
             metavar="LABELS",
             label="Points by label",
             hint="bore1* bore2*: each is one; empty: all points",

@@ -197,7 +197,7 @@ def _figures_table(check: StandardCheck) -> Table:
     )
     return Table(
         (
-            Column.of("figure", [figure.name for figure in figures]),
+            Column.of("test value", [figure.name for figure in figures]),
             Column.of("value", micrometres([f.value for f in figures]), "µm", digits),
             *(() if unknown else (Column.of("u of test value", micrometres(u), "µm", digits),)),
             *(decided if limited else ()),
