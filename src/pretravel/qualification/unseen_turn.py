@@ -103,7 +103,7 @@ def unseen_turn(
 def _largest(
     pretravel_map: PretravelMap, axes: int, u_of_direction: float, rate: float
 ) -> UnseenTurn | None:
-    """The turn that changes the map most; None where that is not much beside the noise."""
+    """The turn that changes the map most; None where that is not much compared with the noise."""
     directions, value, _ = over_support(pretravel_map)
     changes = np.array(
         [_change(pretravel_map, directions, value, axes, angle) for angle in _ANGLES]
