@@ -53,7 +53,8 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
                       remark="when it was made; rms over the directions for which the map is "
-                      "needed"),
+                      "needed, evenly spread unless given; those of qualify lie closer at the edge "
+                      "of the map"),
             KeyFigure("u today", _rms(plan.u_before), "µm",
                       remark="after the usual drift"),
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",

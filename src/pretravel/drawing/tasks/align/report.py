@@ -210,9 +210,10 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
         one = len(alone) == 1
         found.append(
-            f"nothing checks the touch{'' if one else 'es'} {named}: {'it' if one else 'each'} "
-            "determines a motion alone, so that a gross error, or a touch on another face, would "
-            "not be seen. Touch again close to it"
+            f"nothing checks the touch{'' if one else 'es'} {named}: the other touches are too few "
+            f"or nearly on a line, so that {'it' if one else 'each'} determines a motion alone, "
+            "and a gross error, or a touch on another face, would not be seen. Touch again close "
+            "to it"
         )
     if alignment.association.dof < 1:
         found.append(
