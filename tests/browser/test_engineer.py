@@ -12,7 +12,7 @@ import pytest
 
 from pretravel.files.map_file import read_map
 from pretravel.task.example_data import example_folder
-from tests.browser.screens import click_in_picture, downloaded, tab
+from tests.browser.screens import click_in_picture, downloaded, same_values, tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 
@@ -87,11 +87,7 @@ def compensate_a_part(page: Any, map_file: Path, folder: Path) -> None:
     page.set_input_files('.file-drop-input[data-url$="/engineer/part"]', str(part))
     mine, theirs = downloaded(page, "Surface points", folder), folder / "theirs.csv"
     run("compensate", part, "--map", map_file, "-o", theirs)
-    assert table_lines(mine) == table_lines(theirs)
-
-
-def table_lines(path: Path) -> list[str]:
-    return [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    assert same_values(mine, theirs)
 
 
 def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(

@@ -86,13 +86,13 @@ def read_readings(
     if options.radius_taken_off:
         _refuse_one_radius_of_several_tips(found, file)
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
-    readings = replace(readings, frame=found.frame)
     if readings.tip_radius is not None and options.tip_radius is not None:
         refuse_other_tip(file, 2.0 * readings.tip_radius, 2.0 * options.tip_radius)
     if readings is found and (options.plan or options.normal):
         which = "plan" if options.plan else "normal"
         unused = f"the file itself gives the normal at each touch: the {which} was not used"
         readings = replace(readings, warnings=(*readings.warnings, unused))
+    readings = replace(readings, frame=found.frame)
     if known in (CSV, PARQUET):  # their rows are excluded before they are read
         return readings
     names = [n if n in (readings.touches.labels or ()) else _line(n, file) for n in options.exclude]

@@ -75,6 +75,30 @@ def refuse_contradictions(
     _refuse_false_trips(touches, in_probe, fit, setup, source)
     feed = None if touches.feeds is None else float(touches.feeds.max())
     _refuse_diameters(fit.radius, setup, source, largest_plausible(feed))
+    if not setup.ring:
+        _refuse_axis(in_probe, fit, setup, source)
+
+
+def _refuse_axis(
+    in_probe: FloatArray, fit: SphereFit, setup: QualificationSetup, source: str
+) -> None:
+    """Refuse touches from behind: the stylus would go through the sphere."""
+    offset = in_probe - fit.center
+    across = np.linalg.norm(offset[:, :2], axis=1)
+    behind = (offset[:, 2] < 0.0) & (across < 0.5 * setup.diameter)
+    if np.mean(behind) > _MOST_BEHIND:
+        ahead = (offset[:, 2] > 0.0) & (across < 0.5 * setup.diameter)
+        turned = "" if np.mean(ahead) > _MOST_BEHIND else " The opposite axis fits."
+        raise PretravelError(
+            f"{source}{np.sum(behind)} of {len(behind)} touches are on the side of the sphere from "
+            "which the probe axis points away: the stylus would go through the sphere. The axis "
+            f"points from the tip to the spindle.{turned}",
+            inputs=("axis",),
+        )
+
+
+_MOST_BEHIND = 1.0 / 3.0
+"""Share of the touches: patterns over a whole sphere, of simulations, have less."""
 
 
 def refuse_wrong_normals(touches: Touches, contact: FloatArray, what: str) -> None:

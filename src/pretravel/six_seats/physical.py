@@ -331,6 +331,8 @@ def _most_evident(problem: SixSeatProblem, usual: PriorScales, repeats: Scatter)
     Each is sought at several scales: the usual asymmetry can lead into another mode.
     """
     starts = oriented_starts(problem, usual)
+    if not len(starts):
+        raise PretravelError("no probe on six seats deflects as these touches say")
     grid, log_priors = coarse_scales(usual)
     tried = list(grid) * len(starts)
     found = modes(problem, tried, np.repeat(starts, len(grid), axis=0), _STEPS, _NEARLY)

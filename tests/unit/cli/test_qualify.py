@@ -102,3 +102,30 @@ def test_touches_on_two_references_are_not_one_sphere(tmp_path: Path) -> None:
         told = run("qualify", tmp_path / "t.csv", "--diameter", 24.9987, "--kind", "mean",
                    "-o", tmp_path / "m.json", code=code)  # fmt: skip
     assert "of 2 references (column reference), A (60 touches) and B (15" in told
+
+
+def test_an_axis_that_points_into_the_sphere_is_refused(tmp_path: Path) -> None:
+    """Eight at each of 30, 60 and 90° from z, and the pole; at 60° the stylus would pass."""
+    around = np.arange(8) * 0.25 * np.pi
+    rings = [
+        np.stack([np.sin(p) * np.cos(around), np.sin(p) * np.sin(around), np.cos(p) + 0 * around])
+        for p in np.radians([30.0, 60.0, 90.0])
+    ]
+    normals = np.vstack([[[0.0, 0.0, 1.0]], np.hstack(rings).T])
+    np.savetxt(tmp_path / "t.csv", np.hstack([15.48 * normals, normals]), delimiter=",",
+               header="x_mm,y_mm,z_mm,nx,ny,nz", comments="")  # fmt: skip
+    common = ("qualify", tmp_path / "t.csv", "--diameter", 25, "--tip-diameter", 6)
+    run(*common, "--kind", "mean", "-o", tmp_path / "m.json")
+    for kind in ("mean", "auto"):
+        told = run(*common, "--axis", "0,0,-1", "--kind", kind, "-o", tmp_path / "m.json", code=2)
+        assert "9 of 25 touches are on the side" in told
+        assert "The opposite axis fits" in told
+
+
+def test_a_size_that_is_not_known_has_no_u(tmp_path: Path) -> None:
+    told = run("qualify", SPHERE, "--unknown-size", "--u-diameter", 1, "--tip-diameter", 6,
+               "-o", tmp_path / "m.json", code=2)  # fmt: skip
+    assert "u diameter is not used with unknown size" in told
+    told = run("qualify", SPHERE, "--reference", "s=sphere:24.9987:0.2", "--u-diameter", 1,
+               "--tip-diameter", 6, "-o", tmp_path / "m.csv", code=2)  # fmt: skip
+    assert "each reference gives its own" in told

@@ -109,3 +109,15 @@ def test_a_reference_is_seen_as_before() -> None:
     found = look_at_touches(EXAMPLES / "sphere_touches.csv")
     told = preview_document("a", found.found).figures
     assert any("diameter 30.9660 mm" in str(figure.value) for figure in told)
+
+
+@pytest.mark.parametrize(("tip", "code"), [(6, 0), (5.97, 0), (4, 2)])
+def test_the_tip_of_the_machine_must_be_the_one_that_is_given(
+    tip: float, code: int, tmp_path: Path
+) -> None:
+    machine, log = tmp_path / "mill.toml", tmp_path / "a.csv"
+    machine.write_text(run("machine"))
+    log.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")
+    told = run("convert", log, "--machine", machine, "--tip-diameter", tip,
+               "-o", tmp_path / "t.csv", code=code)  # fmt: skip
+    assert ("gives a tip of 6 mm, and 4 mm is given" in told) == (code == 2)

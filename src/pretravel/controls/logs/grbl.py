@@ -64,6 +64,15 @@ _TABLE = (
         r"[^;(]*?(?<![A-Z\d])(G(?:68|69|51|50)(?![\d.]).*)", "frame", "refused", "> G68 X0 Y0 R30",
     ),
     RowStatement(
+        "rotary axes and `M19`: `A`, `B`, `C` with a number, in a line that was sent",
+        r"[^;(]*?(?<![A-Z\d])(M19\b.*|[ABC]\s*[-+]?[\d.]+(?:\s*[ABC]\s*[-+]?[\d.]+)*)",
+        "orientation", "refused", "> G0 A90",
+    ),
+    RowStatement(
+        "`$3=`, `$100=` to `$105=`: senses and steps of the axes", r".*?(\$(?:3|10[0-5])\s*=.*)",
+        "frame", "refused", "> $100=80",
+    ),
+    RowStatement(
         _HOMING, r"(\$H\w?|G28\.[13]|G30\.1)\s*$", "frame", "refused", "> $H",
     ),
     RowStatement("`$13=`", r".*?\$13\s*=\s*([01])", "unit", "refused", "$13=1"),

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 _WIDTH = 80
 """Of the lines of a text. [characters]"""
+_SAME_TIP = 0.18
+"""As of a nominal and an effective diameter. [mm]"""
 
 
 def _formats() -> list[str]:
@@ -165,8 +167,14 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         files = self.files
         machine = None if self.machine is None else read_machine(self.machine)
         tip = self.tip_diameter
-        if tip is None and machine is not None:
-            tip = machine.tip_diameter
+        if machine is not None:
+            if tip is not None and abs(tip - machine.tip_diameter) > _SAME_TIP:
+                raise PretravelError(
+                    f"{self.machine} gives a tip of {machine.tip_diameter:g} mm, and {tip:g} mm is "
+                    "given: one of them is wrong",
+                    inputs=("machine", "tip_diameter"),
+                )
+            tip = machine.tip_diameter if tip is None else tip
         options = self._options(tip, machine)
         if self.output is None or by_name(Convert)["output"].is_report(self.output):
             return self._previewed(files, options)

@@ -119,7 +119,9 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         ),
     ] = "auto"
     ring: Annotated[bool, replace(RING, without=("block", "reference", STAR))] = False
-    u_diameter_um: Annotated[float | None, replace(U_DIAMETER, without=("prior",))] = None
+    u_diameter_um: Annotated[
+        float | None, replace(U_DIAMETER, without=("prior", "unknown_size"))
+    ] = None
     u_temperature: Annotated[float, replace(U_TEMPERATURE, without=("prior",))] = 0.2
     sphere_form_um: Annotated[float, replace(SPHERE_FORM, without=("prior",))] = 0.13
     axial_pretravel_um: Annotated[
@@ -253,6 +255,13 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
     def _on_references(self, progress: Progress) -> QualifiedReferences:
         """On blocks or several references, of which a round one gives the map."""
         form = self.sphere_form_um * MICROMETRE
+        own = [text.count(":") > 1 or text.endswith("unknown") for text in self.reference]
+        if self.u_diameter_um is not None and self.block is None and all(own):
+            raise PretravelError(
+                "u of the diameter is not used: each reference gives its own, or has no known "
+                "size; leave it out",
+                inputs=("u_diameter", "reference"),
+            )
         references = references_of(
             self,
             u_usual=(0.2 if self.u_diameter_um is None else self.u_diameter_um) * MICROMETRE,
