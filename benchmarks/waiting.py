@@ -138,7 +138,7 @@ def pages(sizes: Sizes) -> Figures:
             note = _goal(
                 with_page,
                 without + 0.4,
-                "three quarters are matplotlib: its modules, places and lines",
+                "four fifths are matplotlib, its modules alone 0.3 s",
                 note,
             )
             rows.append(Row(f"{job} with -o page.html", "", with_page, "without", without, note))
@@ -179,7 +179,9 @@ def parts(sizes: Sizes) -> Figures:
             first.processor, 1.5 * theirs, "geometry, middle and axis of each face", memory
         )
         start = f"whole command, of it {seconds_text(empty)} for its start"
-        start = _goal(again.processor, 0.3 + empty, "modules, and 32,000 numbers as objects", start)
+        start = _goal(
+            again.processor, 0.3 + empty, "modules half, reading what is kept a third", start
+        )
         return Figures(
             (
                 Row("faces of a part, first time", faces, first.processor, other, theirs, memory),
@@ -269,7 +271,7 @@ def fits(sizes: Sizes) -> Figures:
     distance = 15.5 - truth + np.random.default_rng(0).normal(0.0, 3e-4, len(n))
     touches = Touches(n * distance[:, None], n)
     fit = _processor(lambda: qualify(touches, 25.0, tip_diameter=6.0), sizes.repeats)
-    limit = "half are 120 batches of searches of physical, 0.8 ms each of small matrices"
+    limit = "120 batches of searches of physical take half, harmonics a quarter"
     rows = [Row("touches qualified, kind auto", "75", fit, note=_goal(fit, 0.25, limit))]
     made = qualify(touches, 25.0, tip_diameter=6.0, kind="physical").pretravel_map
     many = fibonacci_cap(sizes.directions, math.radians(90.0))
@@ -321,7 +323,7 @@ def elements(_sizes: Sizes) -> Figures:
     with patch("pretravel.design.fem.free_body.factorise", timed):
         whole = _processor(design, 1)
     alone = sum(factorised) / 2  # of two runs
-    note = _goal(whole, 2.0 * alone, "meshes, assembly and the columns of the condensation")
+    note = _goal(whole, 2.0 * alone, "a quarter is netgen's mesh, a sixth solids")
     return Figures(
         (Row("a design with finite elements, mesh and all", "", whole, "its factorisations alone",
              alone, note),)

@@ -151,14 +151,46 @@ def coverage_factor(
     """
     if math.isinf(dof) and probability == EXPANDED_COVERAGE:
         return COVERAGE_FACTOR
-    from scipy.special import ndtri, stdtrit
-
     if not 0.0 < probability < 1.0:
         raise PretravelError(
             f"the coverage probability is {probability:g}; it must lie between 0 and 1"
         )
+    if whole_dof and dof < _SUMMED:
+        return _student(max(math.floor(dof + 1e-9), 1), probability)
+    from scipy.special import ndtri, stdtrit
+
     if math.isinf(dof):
         return float(ndtri(0.5 + 0.5 * probability))
     # As a float: some versions of scipy take no whole number beyond 64 bits.
     used = float(max(math.floor(dof + 1e-9), 1)) if whole_dof else dof
     return float(stdtrit(used, 0.5 + 0.5 * probability))
+
+
+_SUMMED = 300.0
+"""Degrees of freedom up to which t is found from its sum of half as many terms: for one number no
+command loads SciPy."""
+
+
+def _student(dof: int, probability: float) -> float:
+    """The t within which Student's distribution with whole degrees of freedom has a probability.
+
+    References
+    ----------
+    Abramowitz, Stegun, Handbook of Mathematical Functions, 26.7.3 and 26.7.4.
+    """
+    odd = dof % 2
+    ratio = math.lgamma(0.5 * (dof + 1)) - math.lgamma(0.5 * dof)
+    slope = 2.0 / math.sqrt(math.pi) * math.exp(ratio)
+    angle, before = 0.0, -1.0
+    while angle > before:  # from below: the probability bends down over the angle
+        cosine = math.cos(angle)
+        total = term = (cosine if odd else 1.0) if dof > 1 else 0.0
+        for k in range(2 + odd, dof - 1, 2):
+            term *= (k - 1.0) / k * cosine**2
+            total += term
+        found = math.sin(angle) * total
+        if odd:
+            found = 2.0 / math.pi * (angle + found)
+        before = angle
+        angle += (probability - found) / (slope * cosine ** (dof - 1))
+    return math.sqrt(dof) * math.tan(angle)
