@@ -78,6 +78,7 @@ ELSEWHERE = {
     "Points": {"face"},  # of a part: align
     "Faces of a part": {"part"},
     "Steps of one touch": {"applied_force_N"},
+    "Drift over days": {"unseen_turn_deg"},  # of days with few azimuths
 }
 """Columns that no command of this test writes."""
 
