@@ -70,6 +70,8 @@ def test_pictures_stand_in_two_columns_with_whole_words(filled: Any) -> None:
     for size in WIDTHS:
         seen_at(filled, size)
         assert cut_or_covered(filled) == [], size
+        filled.mouse.move(0, 0)
+        assert stays(filled, _BUTTONS_ON_TITLES) == [], size
         for low, high, numbers, title in filled.evaluate(_AXES_IN_SPACE):
             inner = 0.05 * (high - low)  # those of two edges would meet at a corner
             assert numbers, size
@@ -83,6 +85,10 @@ def test_pictures_stand_in_two_columns_with_whole_words(filled: Any) -> None:
         elif size[0] < 1000:
             assert {round(plot["x"]) for plot in plots} == {round(plots[0]["x"])}
 
+
+_BUTTONS_ON_TITLES = """() => [...document.querySelectorAll('.modebar')]
+  .filter((one) => one.checkVisibility() && +getComputedStyle(one).opacity)
+  .map((one) => one.closest('.js-plotly-plot').textContent)"""
 
 _AXES_IN_SPACE = """() => [...document.querySelectorAll('.js-plotly-plot')]
   .filter((plot) => plot.layout?.scene)
