@@ -122,6 +122,10 @@ def test_a_history_of_the_command_goes_on_here(
     page.get_by_label("Diameter of the reference [mm]").first.fill("24.9987")
     _check(page, day_of(tmp_path, 3), "No change found")
     page.wait_for_selector(".document:has-text('from 3 checks in the history')")
+    opened(page, f"{workbench.address}task/history")  # which reads the history of the daily check
+    page.get_by_role("button", name="Take history.jsonl from this project").click()
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector(".document:has-text('3 verifications')")
 
 
 def test_task_history_takes_the_file(

@@ -144,6 +144,13 @@ def test_what_a_file_does_not_state_is_asked_and_its_labels_stay_text(
     opened(page, f"{workbench.address}engineer")
     drop(page, text.encode(), "shop.csv")
     page.wait_for_selector("text=In which unit are the lengths")
+    # Another file, which cannot be read: the question was that of the file before.
+    drop(page, b"\xff\xd8\xff\xe0" + bytes(range(256)), "photo.jpg")
+    page.wait_for_selector(".error-view:has-text('this is not a text file')")
+    page.get_by_role("button", name="Millimetres", exact=True).wait_for(state="hidden")
+    state_diameters(page)
+    page.wait_for_selector("text=When the probe is qualified, a bad touch can be unticked.")
+    drop(page, text.encode(), "shop.csv")
     page.get_by_role("button", name="Millimetres", exact=True).click()
     page.wait_for_selector("text=mm (given)")
     state_diameters(page)

@@ -6,11 +6,18 @@ from typing import Any
 
 from pretravel.drawing.screen.work import example_map
 from pretravel.task.example_data import example_folder
-from tests.browser.screens import drop, settled
+from tests.browser.screens import drop, seen_at, settled, stays
 from tests.browser.test_clicks import Person
 from tests.browser.workbench_server import RunningWorkbench, opened
 
 EXAMPLES = example_folder()
+_CUT = """() => [...document.querySelectorAll(
+    '.table-frame:has(.tolerance-rows, .feature-rows), .tolerance-rows td:nth-child(3) input')]
+  .filter((one) => one.scrollWidth > one.clientWidth + 1)
+  .map((one) => one.value ?? one.querySelector('table').className)"""
+_NARROW_VERDICTS = """() => [...document.querySelectorAll('.feature-rows .row-verdict')]
+  .filter((one) => one.clientWidth < 0.9 * one.parentElement.clientWidth)
+  .map((one) => one.textContent)"""
 
 
 def test_the_model_fills_the_table(page: Any, workbench: RunningWorkbench, tmp_path: Any) -> None:
@@ -47,11 +54,12 @@ def test_the_model_fills_the_table(page: Any, workbench: RunningWorkbench, tmp_p
     row.locator("td.number:has-text('mm')").wait_for()  # its value stands beside what is typed
     page.screenshot(path=tmp_path / "table.png", full_page=True)
     # The verdict of each row is seen without moving a table sideways.
-    for table in (".tolerance-rows", ".feature-rows"):
-        beyond = page.locator(f".table-frame:has({table})").evaluate(
-            "frame => frame.scrollWidth - frame.clientWidth"
-        )
-        assert beyond <= 1, table
+    for size in ((1280, 900), (1440, 900)):
+        seen_at(page, size)
+        assert stays(page, _CUT) == [], size
+    seen_at(page, (390, 844))
+    assert stays(page, _NARROW_VERDICTS) == []
+    seen_at(page, (1280, 900))
     page.get_by_label("limits of cylinder13").fill("13.9..14.1")
     page.wait_for_selector("text=The settings have changed since this result.")
     page.get_by_role("button", name="Measure", exact=True).click()

@@ -10,7 +10,7 @@ from pretravel.task import example_folder
 from tests.browser.screens import cut_or_covered, seen_at, settled, stays
 from tests.browser.screens import drop as drop_file
 from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
-from tests.browser.workbench_server import SIZES, RunningWorkbench, opened
+from tests.browser.workbench_server import SIZES, RunningWorkbench, new_context, opened
 
 SCREENS = ("engineer", "metrologist", "laboratory", "task/qualify")
 """With an answer, as soon as they are filled; all screens have the same places."""
@@ -232,6 +232,28 @@ def test_a_scene_fills_its_card(page: Any, workbench: RunningWorkbench) -> None:
         across, above, below = page.evaluate(reach)
         assert max(across, above, below) < 1.01, size
         assert above == pytest.approx(below, abs=0.03), size  # in the middle of its card
+
+
+_BUTTONS_OF_PICTURES = """() => [...document.querySelectorAll('.modebar')]
+  .filter((one) => one.checkVisibility() && +getComputedStyle(one).opacity)
+  .map((one) => one.closest('.js-plotly-plot').textContent)"""
+
+
+def test_buttons_of_a_picture_stand_on_its_title_once_it_is_touched(
+    browser: Any, workbench: RunningWorkbench
+) -> None:
+    """A device without a pointer, where Plotly shows them always."""
+    size = {"width": 390, "height": 844}
+    context = new_context(browser, viewport=size, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    opened(page, f"{workbench.address}engineer")
+    drop(page, SPHERE.read_bytes())
+    page.wait_for_selector(".plot-area .modebar", state="attached")
+    assert page.evaluate("matchMedia('(hover: none)').matches")
+    assert stays(page, _BUTTONS_OF_PICTURES) == []
+    page.locator(".plot-area").first.tap()
+    page.wait_for_function(f"({_BUTTONS_OF_PICTURES})().length")
+    context.close()
 
 
 def test_home_is_read_on_a_phone(page: Any, workbench: RunningWorkbench) -> None:

@@ -34,7 +34,11 @@ async def project_page() -> None:
             with ui.element("label"):
                 ui.icon("folder_open").props('aria-hidden="true"')
                 text("span", f"Open a project (*{PROJECT_ENDING})", "file-drop-label")
-                text("span", "The project that is open now stays in the list.", "file-drop-hint")
+                text(
+                    "span",
+                    "The project that is open now stays, under “Other projects”.",
+                    "file-drop-hint",
+                )
                 chooser = ui.element("input").props('type="file"').classes("file-drop-input")
                 chooser.props["data-url"] = "/project/open"
                 chooser.props["accept"] = PROJECT_ENDING
@@ -42,7 +46,7 @@ async def project_page() -> None:
             ui.element("p").classes("file-drop-status").props('role="status"')
         with panel("Another project"):
             ui.button("New project", icon="add", on_click=_new).props("no-caps unelevated")
-            note("This one stays in the list.")
+            note("This one stays, under “Other projects”.")
             others = [one for one in recent if one.path != session.path]
             if others:
                 text("h3", "Other projects")

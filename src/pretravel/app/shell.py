@@ -239,7 +239,7 @@ HELP = {
         "reload or a new start shows it again. The address of a tab names its project: "
         "another tab or browser can show another project, and tabs with one address "
         "share theirs. A new project takes the name of its first file, and the one "
-        "before stays in the list."
+        "before stays, under “Other projects”."
     ),
     "Without a connection": "The header says so. What you type is kept in the browser, and sent "
     "when the connection is back.",

@@ -269,7 +269,7 @@ StatedUnits: TypeAlias = Annotated[
     Field(
         help="Unit of length, for a file that does not give it.",
         label="Unit of the file",
-        words={"": "as the file gives"},
+        words={"": "as the file shows it"},
     ),
 ]
 TIP_OF_MAP = Field(

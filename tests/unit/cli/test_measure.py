@@ -170,7 +170,7 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
         "1 outside the tolerance (bore2: diameter), 1 of 2 within the tolerance"
     )
     assert "no statement of conformity" in first
-    assert "give the u of the machine as well (--u-machine" in warned
+    assert "give the u of the machine as well (geometry" in warned
     run(*command, "-o", table, code=3)
     run(*command, "-o", values, code=3)
     for said in (text, *(file.read_text(encoding="utf-8") for file in (page, table, values))):

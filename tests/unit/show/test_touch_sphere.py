@@ -68,5 +68,7 @@ def test_figures_give_lobes_and_what_is_left_of_them_and_the_sentence_gives_the_
     told = (left["eight sectors"], anywhere["mean radius"])
     assert re.findall(r"[\d.]+ µm", sentence) == [f"{1e3 * length:.1f} µm" for length in told]
     figures = lobes_figures(pretravel_map, comparison)
-    numbers = [1e3 * length for length in (size, left["mean radius"], 2.0 * comparison.u_map)]
+    numbers = [
+        1e3 * length for length in (size, left["mean radius"], 2.0 * comparison.u["equator"].max())
+    ]
     assert [figure.value for figure in figures] == pytest.approx(numbers)

@@ -204,5 +204,6 @@ _ALIKE = {
     "prior": ("map", "map_file"),
     "part": ("nominal", "step", "surface"),
     "nominal": ("part", "step"),
+    "history": ("places",),
 }
 """Which purposes take the same files, by the purpose under which a file is."""

@@ -121,7 +121,7 @@ def answer_about_file(state: ScreenState, name: str, value: Any) -> None:
 
 def _question(state: ScreenState, name: str, words: str, answers: Mapping[str, str]) -> None:
     """A question with one button for each answer."""
-    with ui.element("div").classes("question").props('role="group"') as group:
+    with ui.element("div").classes("question of-file").props('role="group"') as group:
         group.props["aria-label"] = words
         text("p", words)
         for value, shown in answers.items():

@@ -100,17 +100,22 @@ def touches_table(state: ScreenState) -> None:
 
     def left_out() -> object:
         touches = None if fit.result is None else fit.result.touches.left_out
-        return None if touches is None else (int(touches.sum()), len(touches))
+        given = state.settings.get("diameter") is not None
+        return given if touches is None else (int(touches.sum()), len(touches))
 
     # Of one height: the rows below do not move while they are ticked.
-    live([fit.listen], lambda: _left_out(state, fit.result), left_out).classes("left-out")
+    live([fit.listen, state.listen], lambda: _left_out(state, fit.result), left_out).classes(
+        "left-out"
+    )
     place = live([fit.listen], build, key)
 
 
 def _left_out(state: ScreenState, result: FitResult | None) -> None:
     """How many are left out, with a button that uses all again."""
     if result is None:
-        note("Give the diameter of the reference: then a bad touch can be unticked.")
+        given = state.settings.get("diameter") is not None
+        first = "When the probe is qualified" if given else "Give the diameter of the reference"
+        note(f"{first}{',' if given else ': then'} a bad touch can be unticked.")
         return
     count = int(result.touches.left_out.sum())
     if not count:

@@ -43,7 +43,8 @@ def next_of_part(state: ScreenState) -> tuple[str, str]:
         return _TOUCHES
     lacking = lacking_for_points(state)
     if lacking:
-        return ("Next", lacking.removeprefix("Next: "))
+        words = lacking.removeprefix("Next: ")
+        return ("Next", words[:1].upper() + words[1:])
     if points.error:
         elsewhere = state.files["part"] and not state.settings.get("aligned")
         return _ELSEWHERE if elsewhere else _REFUSED

@@ -139,10 +139,11 @@ def _where(state: ScreenState) -> None:
         note("Does the part lie elsewhere than in its file, as on the table of a machine?")
     else:
         note("The touches are used in the frame of the part. Do they lie elsewhere?")
-    if not stated:
-        answer("Find the part", "my_location", aligned=True)
-    if stated or (stated is None and asks_where(state)):
-        answer("The touches are in the frame of the part", "filter_center_focus", aligned=False)
+    with ui.element("div").classes("buttons"):
+        if not stated:
+            answer("Find the part", "my_location", aligned=True)
+        if stated or (stated is None and asks_where(state)):
+            answer("The touches are in the frame of the part", "filter_center_focus", aligned=False)
 
 
 _EXAMPLES = {

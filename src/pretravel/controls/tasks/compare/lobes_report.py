@@ -60,7 +60,10 @@ def lobes_figures(pretravel_map: PretravelMap, comparison: Comparison) -> tuple[
     values = {
         "lobes": (lobe_size(pretravel_map), "largest minus smallest pretravel"),
         "left with one radius": (left["mean radius"], "largest error"),
-        "left with the map": (COVERAGE_FACTOR * comparison.u_map, "U, k = 2"),
+        "left with the map": (
+            COVERAGE_FACTOR * comparison.largest_u("equator"),
+            "largest U, k = 2",
+        ),
     }
     return tuple(
         KeyFigure(name, value / MICROMETRE, "µm", decimals(1), remark=remark)

@@ -660,7 +660,7 @@ class MeasuredFeatures(Result):
         if any(each.conformities for each in self.features) and not task.u_machine_um:
             warnings.append(
                 "u contains only the errors of probing. For a statement of conformity, give the u "
-                "of the machine as well (--u-machine: geometry, temperature, clamping)"
+                "of the machine as well (geometry, temperature, clamping)"
             )
         decided = [each.feature for each in self.features if each.conformities]
         if extreme := [feature for feature in decided if feature.is_extreme]:

@@ -56,7 +56,7 @@ class Repeat(Reported):
         Field(
             help="Unit of length of a file that does not give it.",
             label="Unit of the touches",
-            words={"": "as the file gives"},
+            words={"": "as the file shows it"},
         ),
     ] = None
     axis: Annotated[
