@@ -28,6 +28,9 @@ FEWEST_TO_SEE_LOBES = 8
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
 
+_THROUGH_THE_SPHERE = 150.0 * DEGREE
+"""A shank that is thinner than half of the sphere does not reach beyond. [rad]"""
+
 
 def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
     """What the stated repeatability rests on.
@@ -104,6 +107,12 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
         found.append(
             f"the touches reach only to polar {largest_polar / DEGREE:.0f}°: a cap hardly "
             "determines centre and effective radius; touch the sphere down to its equator"
+        )
+    if not observation.ring and largest_polar > _THROUGH_THE_SPHERE:
+        found.append(
+            f"the touches reach to polar {largest_polar / DEGREE:.0f}°, where a stylus along the "
+            "probe axis would go through the sphere: check the axis (it points from the tip to the "
+            "spindle), unless this is a side stylus"
         )
     if not observation.tip_known:
         found.append(
