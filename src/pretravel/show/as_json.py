@@ -42,6 +42,7 @@ def document_values(document: Document) -> dict[str, Any]:
     dict
         Without what has its default value.
 
+    >>> from pretravel.show.document import KeyFigure
     >>> document_values(Document("Probe", figures=(KeyFigure("force", math.nan, "N"),)))["figures"]
     [{'name': 'force', 'value': None, 'unit': 'N'}]
     """

@@ -28,6 +28,7 @@ _SMOOTH = 0.5  # that a form is of one of the families, alone or …
 _BOTH = 0.4  # … together with roughness
 _NOT_EXCLUDED = 0.05  # probability of roughness alone, from which U covers it by itself
 _SIZES = 24  # of the form of a part that are tried
+_UNLIKELY = 0.03  # of the residuals: smaller forms and errors would not leave them
 _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
 _MOST_FILLED = 0.5  # largest share of the degrees of freedom that a feature's family takes
@@ -307,9 +308,10 @@ def form_of_part(
     shown = [is_in and not full for is_in, full in zip(seen, fills, strict=True)]
     filling = [is_in and full for is_in, full in zip(seen, fills, strict=True)]
     compared = _Compared.of(tried, spectra, shown, filling, count)
-    largest = _MOST * max(noise, math.sqrt(observed / dof))
+    scatter = math.sqrt(observed / dof)
+    least, largest = max(_LEAST * noise, _UNLIKELY * scatter), _MOST * max(noise, scatter)
     # Steps of equal ratio of noise and form together.
-    whole = np.geomspace((1.0 + _LEAST**2) * noise**2, noise**2 + largest**2, _SIZES)
+    whole = np.geomspace(noise**2 + least**2, noise**2 + largest**2, _SIZES)
     sizes = np.concatenate([[0.0], whole - noise**2])
     weights = _posterior(sizes, noise**2, (observed, dof), compared)
     found = weights > _SEEN * weights.max()
