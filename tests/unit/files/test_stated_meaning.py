@@ -23,10 +23,10 @@ from pretravel.laboratory.repeat_log import (
     _in_a_rhythm,
     read_repeats,
 )
+from pretravel.laboratory.repeat_series import step_of_repeats
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.drifts import DailyQuantity, drift_over_time
-from pretravel.qualification.repeat_series import step_of_repeats
 from pretravel.tasks.history.drift_report import drift_verdict
 from pretravel.touches import refuse_several
 from tests.support.commands import both_outputs, positions, run

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import MICROMETRE
-from pretravel.qualification import (
+from pretravel.laboratory.repeat_series import (
     RepeatSeries,
     autocorrelation,
     touches_before_drift,

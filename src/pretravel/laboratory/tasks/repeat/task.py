@@ -26,7 +26,7 @@ from pretravel.task import (
 
 if TYPE_CHECKING:
     from pretravel.laboratory.repeat_log import RepeatLog
-    from pretravel.qualification import RepeatSeries
+    from pretravel.laboratory.repeat_series import RepeatSeries
     from pretravel.show import Document
 
 
@@ -98,7 +98,7 @@ class Repeat(Reported):
         """Read the logs and judge each series."""
         from pretravel.files import ReadingOptions
         from pretravel.laboratory.repeat_log import read_repeats
-        from pretravel.qualification import judged_repeats, step_of_repeats
+        from pretravel.laboratory.repeat_series import judged_repeats, step_of_repeats
 
         options = ReadingOptions(units=self.units, columns=self.columns, series=self.series)
         files = files_meant(self.log)

@@ -15,16 +15,19 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import BoolArray, FloatArray, PretravelError, frozen
-from pretravel.qualification.series_breaks import Break, break_at, breaks_of
-from pretravel.qualification.series_courses import (
+from pretravel.qualification import (
     CERTAIN,
     OF_TOUCHES,
+    Break,
     PossibleStates,
+    TimeSeries,
+    break_at,
+    breaks_of,
     course_of,
+    determined_noise,
     fitted_noises,
     weighed_noises,
 )
-from pretravel.qualification.time_series import TimeSeries, determined_noise
 from pretravel.touches import FEWEST_REPEATS, repeat_step, tied_step
 
 LEVEL = 0.95

@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
-from pretravel.qualification.repeat_series import judged_repeats, step_of_repeats
+from pretravel.laboratory.repeat_series import judged_repeats, step_of_repeats
 
 NOISE = 0.002
 """Standard deviation of a touch: a switch of a printer. [mm]"""
