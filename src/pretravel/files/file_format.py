@@ -131,6 +131,12 @@ class ReadingOptions:
     pin: bool = False
     anywhere: bool = False
 
+    @property
+    def moves_as_a_whole(self) -> bool:
+        """Whether an offset of all positions changes nothing: repeats, a reference without plan."""
+        on_reference = self.reference_diameter is not None or self.ring
+        return self.anywhere or (on_reference and self.plan is None)
+
     def __post_init__(self) -> None:
         for name, value, known in (
             ("units", self.units, (None, *UNITS)),

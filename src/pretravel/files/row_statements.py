@@ -231,6 +231,8 @@ _THINGS = (
     r"werkst(?:ü|ue)ck|workpiece|series|serie|set|pass|fixture|orientation)"
 )
 """What a comment between rows can state or change."""
+_A_FEED = r"\b(?:feed|vorschub|avance)(?:rate)?\W*(?:[:=]\W*)?\d"
+_ANGLES = r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$"
 _CHANGES_ROWS = re.compile(
     rf"\b{_THINGS}(?:\s?(?:no|nr|number|nummer|name|id)\b\.?)?\s*"
     rf"(?:[:=#]|[A-Z]?\d|[A-Z]\b(?!\W+\w)|\bis (?:now )?\w*\d)|"
@@ -245,8 +247,8 @@ _CHANGES_ROWS = re.compile(
     r"\b\d+(?:[.,]\d+)? ?mm (?:ball|tip|stylus|kugel|taster)\b|"
     r"^\W*(?:fast|slow|schnell|langsam)(?:ly)?(?: (?:pass|touch)\w*)?\W*$|"
     r"^\W*T\d+\b|"
-    r"\b(?:feed|vorschub|avance)(?:rate)?\W*(?:[:=]\W*)?\d|"
-    r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$|"
+    rf"{_A_FEED}|"
+    rf"{_ANGLES}|"
     r"\b[ABC]\W(?:axis|achse)\b|\b(?:axis|achse)\W[ABC]\b|"
     r"\b(?:coordinate|koordinaten)\W?(?:system)\w*|\b(?:offset|origin|scale|scaling|skalier\w*|"
     r"mirror\w*|gespiegelt|nullpunkt\w*|versatz|polar|cartesian|kartesisch)\b|"
@@ -259,9 +261,10 @@ _CHANGES_ROWS = re.compile(
 
 
 _CONDITIONS = re.compile(
-    r"\b(?:feed|vorschub|avance)(?:rate)?\W*(?:[:=]\W*)?\d|\bspind(?:le|el)\b.*\d|"
+    rf"{_A_FEED}|"
+    r"\bspind(?:le|el)\b.*\d|"
     r"\btemp(?:eratur\w*|\.)?\W*(?:[:=]\W*)?-?\d|"
-    r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$|"
+    rf"{_ANGLES}|"
     r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\b\W*)?[-+]?\d",
     re.IGNORECASE,
 )

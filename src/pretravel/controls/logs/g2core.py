@@ -166,9 +166,8 @@ def _check_other_axes(
 
 def _offset(options: ReadingOptions) -> tuple[float, float, float] | None:
     """The offset; none is needed where it does not matter where the touches lie."""
-    on_reference = options.reference_diameter is not None or options.ring
-    anywhere = options.anywhere or (on_reference and options.plan is None)
-    return (0.0, 0.0, 0.0) if options.offset is None and anywhere else options.offset
+    unneeded = options.offset is None and options.moves_as_a_whole
+    return (0.0, 0.0, 0.0) if unneeded else options.offset
 
 
 G2CORE = FileFormat(

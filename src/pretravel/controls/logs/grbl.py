@@ -375,8 +375,7 @@ def _sent(line: str) -> str:
 
 def _parsed(file: SourceFile, options: ReadingOptions) -> FilePositions:
     """Positions of a log; one that is looked at may lack its offset, and so may a reference."""
-    on_reference = options.reference_diameter is not None or options.ring
-    anywhere = options.anywhere or (on_reference and options.plan is None)
+    anywhere = options.moves_as_a_whole
     try:
         return read_grbl_log(file, options.units, options.offset, anywhere=anywhere)
     except InputError as error:

@@ -150,8 +150,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
     """
     limit = value_text(drift.limit / MICROMETRE, "µm")
     since = drift.moments[drift.starts[-1]]
-    after = f"since the {_beginning(drift, drift.starts[-1])} of {_date(since)}: "
-    after = after if drift.starts[-1] else ""
+    start = drift.starts[-1]
+    after = f"since the {_beginning(drift, start)} of {_date(since)}: " if start else ""
     last_day = "" if drift.drifting else _last_day_words(drift)
     span = float(drift.times[-1] - drift.times[drift.starts[-1]])
     if not drift.last and len(drift.times) - drift.starts[-1] >= FEWEST_VALUES:
