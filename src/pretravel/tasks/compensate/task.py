@@ -12,14 +12,15 @@ from pretravel.base import PretravelError
 from pretravel.task import (
     PAGES,
     SILENT,
-    TIP_OF_MAP,
     Field,
+    InModes,
     ModelOfMap,
     OfOneTip,
     PlacedPart,
     Progress,
     Reported,
     Result,
+    TipOfMap,
     TouchFilesWithFeed,
     When,
     existing,
@@ -115,7 +116,7 @@ class Compensate(
             without=(SEVERAL_TIPS,),
         ),
     ] = None
-    tip_diameter: Annotated[float | None, replace(TIP_OF_MAP, without=(SEVERAL_TIPS,))] = None
+    tip_diameter: Annotated[TipOfMap, InModes(without=(SEVERAL_TIPS,))] = None
     feature: Annotated[
         Literal["bore", "boss", "sphere", "surface"] | None,
         Field(

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base import DISTANCE, TIP_BALL, InputError, PretravelError
 from pretravel.task import (
-    FEED_OF_TOUCHES,
     PAGES,
     SILENT,
+    FeedOfTouches,
     Field,
+    InModes,
     OfOneTip,
     Progress,
     Result,
@@ -23,7 +24,6 @@ from pretravel.task import (
     When,
     by_name,
     output,
-    vector,
 )
 
 if TYPE_CHECKING:
@@ -105,7 +105,6 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         Vector | None,
         Field(
             help="Origin of the work coordinates in machine coordinates, in mm, for grbl logs.",
-            parse=vector,
             metavar="X,Y,Z",
         ),
     ] = None
@@ -133,7 +132,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
             only=(_WRITTEN,),
         ),
     ] = False
-    feed: Annotated[float | None, replace(FEED_OF_TOUCHES, only=(_WRITTEN,))] = None
+    feed: Annotated[FeedOfTouches, InModes(only=(_WRITTEN,))] = None
     frame: Annotated[
         Literal["work", "machine"] | None,
         Field(
