@@ -40,8 +40,6 @@ if TYPE_CHECKING:
 
 _WIDTH = 80
 """Of the lines of a text. [characters]"""
-_SAME_TIP = 0.18
-"""As of a nominal and an effective diameter. [mm]"""
 
 
 def _formats() -> list[str]:
@@ -167,7 +165,9 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         machine = None if self.machine is None else read_machine(self.machine)
         tip = self.tip_diameter
         if machine is not None:
-            if tip is not None and abs(tip - machine.tip_diameter) > _SAME_TIP:
+            from pretravel.maps import same_tip
+
+            if tip is not None and not same_tip(tip, machine.tip_diameter):
                 raise PretravelError(
                     f"{self.machine} gives a tip of {machine.tip_diameter:g} mm, and {tip:g} mm is "
                     "given: one of them is wrong",

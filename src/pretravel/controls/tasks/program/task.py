@@ -129,6 +129,26 @@ class ProgramTask(Task):
         return self.log or f"{self.output.stem.lower()}{LOG_ENDING}"
 
 
+def _rings(polar: PolarAngles | None = None, count: int | None = None) -> FloatArray:
+    """Directions of rings, the usual ones where nothing is given."""
+    from pretravel.base import ring_pattern
+
+    rings = PolarAngles.parse(_RINGS) if polar is None else polar
+    on_equator = _TOUCHES_ON_THE_EQUATOR if count is None else count
+    return ring_pattern([angle * DEGREE for angle in rings.degrees], on_equator)
+
+
+def _pattern_help() -> str:
+    """The patterns, each with the number of its touches."""
+    from pretravel.task import patterns
+
+    iso10360, iso230 = (len(patterns()[name]()) for name in ("iso10360-5", "iso230-10"))
+    return (
+        f"rings (at polar 0 to 90°, {len(_rings())} touches), iso10360-5 ({iso10360}) or iso230-10 "
+        f"({iso230} on the equator)."
+    )
+
+
 class ProgramSphere(ProgramTask):
     """Touch a reference sphere in all directions, for pretravel qualify.
 
@@ -143,8 +163,7 @@ class ProgramSphere(ProgramTask):
     pattern: Annotated[
         str,
         Field(
-            help="rings (at polar 0 to 90°, 92 touches), iso10360-5 (25) or iso230-10 (36 on the "
-            "equator).",
+            help=_pattern_help,
             names=_patterns,
             metavar="PATTERN",
         ),
@@ -228,13 +247,10 @@ class ProgramSphere(ProgramTask):
 
     def _directions(self) -> FloatArray:
         """Directions of the pattern; polar angles and count are those of rings."""
-        from pretravel.base import ring_pattern
         from pretravel.task import patterns
 
         if self.pattern == "rings":
-            rings = PolarAngles.parse(_RINGS) if self.polar is None else self.polar
-            count = _TOUCHES_ON_THE_EQUATOR if self.count is None else self.count
-            return ring_pattern([angle * DEGREE for angle in rings.degrees], count)
+            return _rings(self.polar, self.count)
         return patterns()[self.pattern]()
 
 
