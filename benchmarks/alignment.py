@@ -32,7 +32,6 @@ from pretravel.drawing.alignment.alignment_fit import align
 from pretravel.drawing.alignment.alignment_search import found_placements
 from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.drawing.features.measured_feature import measure_feature
-from pretravel.measurement.selection import points_at
 from pretravel.uncertainty.gum import coverage_factor
 from tests.support.touched_bracket import beside, bracket, random_placement, random_targets
 
@@ -157,7 +156,7 @@ def _ring(count: int) -> tuple[np.ndarray, np.ndarray, int]:
 def bore_in_part(found: Alignment, ring: int) -> dict[str, float]:
     """The place of the bore in the frame of the part, as `measure` states it."""
     rows = np.arange(len(found.points) - ring, len(found.points))
-    points = points_at(points_in_part(found), rows)
+    points = points_in_part(found)[rows]
     bore = measure_feature(points, "bore", axis=np.array([0.0, 0.0, 1.0]))
     both = [bore.quantity(name) for name in "xy"]
     # Part and bore lie in the same error of the reference's centre.

@@ -21,12 +21,12 @@ import numpy as np
 if __package__ in (None, ""):  # run as a file
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+
 from benchmarks.departures.probes import six_seats
 from benchmarks.departures.tripod import Tripod
 from benchmarks.few_touches import DIAMETER, EVEN, NOISE, NORMALS, TIP_DIAMETER
 from pretravel.base.errors import PretravelError
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.point_budgets import point_budget
 from pretravel.measurement.point_errors import errors_of_points
 from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
@@ -61,7 +61,7 @@ def one_set(number: int, directions: int, repeats: int, step: float) -> tuple[st
     away = np.sum((points.positions - made.center) * NORMALS, axis=1) - 0.5 * DIAMETER
     # As `compensate` states U: k of the budget, which few touches have made larger than 2.
     sources = errors_of_points(touches, points.normals, made.pretravel_map)
-    expanded = point_budget(sources).coverage_factor() * points.standard_uncertainty
+    expanded = sources.budget().coverage_factor() * points.standard_uncertainty
     warned = any("step" in warning for warning in made.warnings)
     covered = float(np.mean(np.abs(away) <= expanded))
     return "warned" if warned else "plain", covered, 1e3 * float(np.mean(expanded))

@@ -32,7 +32,6 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     PlacedFeature,
 )
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.selection import points_at
 from pretravel.touches import Touches
 
 X, Y, Z = np.eye(3)
@@ -83,7 +82,7 @@ def placed_features(
     found = {}
     for name, (kind, *_) in _part().items():
         axis = None if kind == "plane" else Z
-        feature = measure_feature(points_at(points, rows[name]), kind, axis=axis, label=name)
+        feature = measure_feature(points[rows[name]], kind, axis=axis, label=name)
         nominal = {"A": (0 * Z, Z), "B": (0 * Z, -Y), "C": (0 * Z, -X)}.get(name)
         if nominal is None:
             nominal = (np.array([*PLACES.get(name, PLACES["D"]), 0.0]), Z)
@@ -164,7 +163,7 @@ def _touched(
     compensated = apply(touches, shop.pretravel_map, extrapolate=True)
     ends = np.cumsum([len(each) for each in reported])
     for (name, (kind, points, *_)), end in zip(features.items(), ends, strict=True):
-        mine = points_at(compensated, np.arange(end - len(points), end))
+        mine = compensated[np.arange(end - len(points), end)]
         feature = measure_feature(mine, kind, axis=None if kind == "plane" else Z, label=name)
         point, direction = nominal[name]
         found[name] = PlacedFeature(feature, PART_AT + point, direction, 2.0 * RADIUS, (7.9, 8.1))

@@ -10,7 +10,6 @@ import numpy as np
 
 from pretravel import PretravelError, PretravelMap, Touches, apply, verify
 from pretravel import qualify as qualify_probe
-from pretravel.measurement.compensation import compensation_warnings
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.touch_plan import plan_touches
@@ -229,7 +228,7 @@ def evaluated(job: Job) -> Outcome:
     except PretravelError as error:
         return Outcome(job.row, job.number, time.perf_counter() - started, refused=str(error))
     summary = TouchSummary.of(scene.part_touches, points, found.pretravel_map)
-    said = compensation_warnings(summary, found.pretravel_map)
+    said = summary.warnings(found.pretravel_map)
     gross = set(scene.gross.tolist())
     errors = points.positions - scene.surface - found.shift
     return Outcome(

@@ -24,7 +24,6 @@ from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
 from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance, PlacedFeature
 from pretravel.measurement.compensation import embed
-from pretravel.measurement.selection import points_at
 from pretravel.surface.cad.part_file import read_part
 
 NOISE, WAVE = 0.3e-3, 1.5e-3
@@ -133,7 +132,7 @@ def position(made: PretravelMap) -> Mapping[str, float]:
     for name, (own, _, (point, direction)) in sets.items():
         rows = np.arange(start, start + len(own))
         kind = "bore" if name == "E" else "plane"
-        feature = measure_feature(points_at(points, rows), kind, axis=Z if name == "E" else None)
+        feature = measure_feature(points[rows], kind, axis=Z if name == "E" else None)
         placed[name], start = PlacedFeature(feature, point, direction), start + len(own)
     tolerance = GeometricTolerance("position", 0.2, ("A", "B", "C"))
     return inspect_geometry([placed["E"]], tolerance, placed, 0.95).quantity.parts

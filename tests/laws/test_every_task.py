@@ -55,7 +55,7 @@ def test_what_is_described(task: type[Task]) -> None:
     assert (task.__doc__ or "").partition("\n")[0].endswith(".")
     for setting in settings_of(task):
         assert setting.help.rstrip().endswith((".", "…", ")")), setting.name
-        if setting.kind in (float, int) and setting.field.parse is None:
+        if setting.kind in (float, int) and setting.parse is None:
             assert all(map(math.isfinite, setting.limits)), setting.name
         if setting.default is not MISSING:
             assert setting.checked(setting.checked(setting.default)) == setting.checked(
@@ -69,10 +69,10 @@ def test_limits_hold_in_python_too(task: type[Task]) -> None:
     given = {setting.name: getattr(full, setting.name) for setting in settings_of(task)}
     for setting in settings_of(task):
         wrong: list[Any] = []
-        if setting.kind in (float, int) and setting.field.parse is None:
+        if setting.kind in (float, int) and setting.parse is None:
             low, high = setting.limits
             wrong = [low - 1.0 - abs(low), high + 1.0 + abs(high), math.nan, "x", True]
-        if setting.choices and setting.field.parse is None:
+        if setting.choices and setting.parse is None:
             wrong = ["no such word"]
         if setting.default is MISSING:
             wrong.append(None)

@@ -235,7 +235,7 @@ def test_a_setting_of_another_type_is_refused_in_words(name: str) -> None:
         for value in ([1], ["a"], [None], {"a": 1}, {}, True, 5, -1e308):
             with suppress(PretravelError):
                 made = kind(**{**needed, **form.given({setting.name: value})})
-                if setting.kind is str and not setting.several and setting.field.parse is None:
+                if setting.kind is str and not setting.several and setting.parse is None:
                     assert isinstance(getattr(made, setting.name) or "", str)
 
 

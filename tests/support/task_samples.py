@@ -3,25 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pretravel.task import values as texts
+from pretravel.controls.tasks.program.task import Feeds
+from pretravel.drawing.tasks.plan.targets import Counts
+from pretravel.drawing.tolerances.tolerance_text import ToleranceText
+from pretravel.laboratory.rig.moved_marks import MovedMark
+from pretravel.laboratory.tasks.separate.task import Indices
 from pretravel.task.task import Setting
-from pretravel.tasks.qualify.references import block_lengths, stated_reference
-from pretravel.tasks.qualify.several_tips import stated_tip
+from pretravel.task.values import (
+    Angles,
+    Length,
+    Pair,
+    PolarAngles,
+    StatedColumns,
+    UnitVector,
+    Vector,
+)
+from pretravel.tasks.qualify.references import Lengths, StatedReference
+from pretravel.tasks.qualify.several_tips import StatedTip
 
-SAMPLES: dict[Callable[[str], Any], str] = {
-    texts.angles: "0:30:10", texts.polar_angles: "10,20.5", texts.pair: "0.5,-0.25",
-    texts.indices: "1,2", texts.trace_mark: "rig_000_1:r0=1.25", texts.feeds_list: "50,200",
-    texts.stated_columns: "x=X pos,nx=-I,label=2", texts.length_or_none: "1.5",
-    texts.counts: "10x8", texts.vector: "1,-2.5,3", texts.unit_vector: "0,1,0",
-    texts.tolerance: "20..20.021",
-    block_lengths: "25.4,50.8,76.2", stated_tip: "front=4@0,1,0",
-    stated_reference: "r50=ring:50.0003:0.3",
+SAMPLES: dict[type, str] = {
+    Angles: "0:30:10", PolarAngles: "10,20.5", Pair: "0.5,-0.25", Indices: "1,2",
+    MovedMark: "rig_000_1:r0=1.25", Feeds: "50,200", StatedColumns: "x=X pos,nx=-I,label=2",
+    Length: "1.5", Counts: "10x8", Vector: "1,-2.5,3", UnitVector: "0,1,0",
+    ToleranceText: "20..20.021", Lengths: "25.4,50.8,76.2", StatedTip: "front=4@0,1,0",
+    StatedReference: "r50=ring:50.0003:0.3",
 }  # fmt: skip
-"""What can be typed, by the function that reads it."""
+"""What can be typed, by the type that reads it."""
 
 
 def samples(setting: Setting) -> tuple[Any, ...]:
@@ -31,8 +41,8 @@ def samples(setting: Setting) -> tuple[Any, ...]:
 
 
 def _single(setting: Setting) -> tuple[Any, ...]:
-    if setting.field.parse is not None:
-        return (setting.field.parse(SAMPLES[setting.field.parse]),)
+    if setting.parse is not None:
+        return (setting.parse(SAMPLES[setting.kind]),)
     if setting.choices:
         return tuple(choice for choice in setting.choices if choice != setting.default)
     if setting.kind is bool:

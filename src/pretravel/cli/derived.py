@@ -116,7 +116,7 @@ def _required(setting: Setting) -> bool:
 
 def _type(setting: Setting) -> Any:
     # What has a parser or a registry is a text for typer; its words are read when a command runs.
-    own = setting.field.parse is not None or setting.field.names is not None
+    own = setting.parse is not None or setting.field.names is not None
     kind = str if own else setting.kind
     kind = list[kind] if setting.several else kind  # type: ignore[valid-type]
     return kind if _required(setting) else kind | None
@@ -138,7 +138,7 @@ def _information(setting: Setting, section: str) -> Any:
     field = setting.field
     metavar = field.metavar or ("FOLDER" if field.writes == FOLDER else None)
     common: dict[str, Any] = {"metavar": metavar, "rich_help_panel": section}
-    if field.parse is not None or field.names is not None:
+    if setting.parse is not None or field.names is not None:
         common["parser"] = str  # what its words say is read in typed_values
     elif setting.kind in (float, int) and field.range is not None:
         common["min"], common["max"] = map(setting.kind, setting.limits)

@@ -66,8 +66,8 @@ def _value(setting: Setting, typed: Any) -> Any:
     if not isinstance(typed, str):
         return typed
     try:
-        if setting.field.parse is not None:
-            return setting.field.parse(typed)
+        if setting.parse is not None:
+            return setting.parse(typed)
     except PretravelError as error:
         raise typer.BadParameter(f"{typed}: {error}") from error
     if setting.field.names is not None:

@@ -9,13 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, PretravelError
-from pretravel.maps import PretravelMap, refuse_turned_map
+from pretravel.maps import PretravelMap, refuse_turned_map, same_tip
 
 _NUMBERS = 900_000_000
 _FIRST = 100_000_000
 """Nine digits: controls keep such integers exactly."""
-_SAME_TIP = 0.05
-"""Difference between the effective radius of a map and the radius of its tip that is usual. [mm]"""
 _SAME_FEED = 0.02
 """Part of a feed within which it is the same."""
 
@@ -111,7 +109,7 @@ def check_map_of_program(
     ------
     PretravelError
     """
-    if abs(pretravel_map.tip_radius - tip_radius) > _SAME_TIP:
+    if not same_tip(2.0 * pretravel_map.tip_radius, 2.0 * tip_radius):
         raise PretravelError(
             f"the map belongs to a tip of {2.0 * pretravel_map.tip_radius:.3f} mm diameter, but "
             f"the machine has one of {2.0 * tip_radius:.3f} mm",

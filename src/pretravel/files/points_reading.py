@@ -34,7 +34,7 @@ from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.tables import read_parquet_table
 from pretravel.files.touches_csv import read_table_of_touches
-from pretravel.measurement import Points, points_at
+from pretravel.measurement import Points
 from pretravel.touches import (
     copied_rows_warnings,
     length_of_run,
@@ -120,7 +120,7 @@ def points_and_notes(
     numbers = [name for name in options.series if name.isdecimal()]
     if length and len(numbers) == 1 and 1 <= int(numbers[0]) <= len(found) // length:
         begin = (int(numbers[0]) - 1) * length
-        return points_at(found, np.arange(begin, begin + length)), notes
+        return found[np.arange(begin, begin + length)], notes
     with file.named_in_errors():
         refuse_several_runs(found.labels, found.positions)
     return found, notes

@@ -15,7 +15,7 @@ from typing import Any
 
 from pretravel.base import DEGREE, MICROMETRE, InputError, StaleTouchesError, add, locked_file
 from pretravel.files.source_file import SourceFile, opened
-from pretravel.maps import PretravelMap
+from pretravel.maps import PretravelMap, same_tip
 from pretravel.qualification import Verification
 from pretravel.touches import Touches
 
@@ -26,8 +26,6 @@ LARGEST_HISTORY = 64_000_000
 _BEGIN = f'{{"schema": "{_SCHEMA}"'.encode()
 _LONGEST_LINE = 20_000
 _LONGEST_TEXT = 1000
-_SAME_TIP = 0.05
-"""The tip diameters of one probe in repeated qualifications differ by less. [mm]"""
 _WAIT_FOR_WRITER = 30.0
 """Time that a writer waits for another writer. [s]"""
 _COLUMNS = (
@@ -191,7 +189,7 @@ def _refuse_other_tip(entries: list[Entry], path: Path, pretravel_map: Pretravel
     if not entries:
         return
     tip_diameter = float(entries[-1]["tip_diameter_mm"] or 0.0)
-    if abs(tip_diameter - 2.0 * pretravel_map.tip_radius) > _SAME_TIP:
+    if not same_tip(tip_diameter, 2.0 * pretravel_map.tip_radius):
         raise InputError(
             f"this history is of a probe with a tip of {tip_diameter:g} mm; that of the map has "
             f"a tip of {2.0 * pretravel_map.tip_radius:g} mm. Keep one history for each probe",

@@ -46,6 +46,7 @@ from .observation import Observation as Observation
 from .observation import Scatter as Scatter
 from .observation import TouchedMeans as TouchedMeans
 from .observation import largest_plausible as largest_plausible
+from .observation import same_tip as same_tip
 from .pretravel_map import MapLike as MapLike
 from .pretravel_map import PretravelMap as PretravelMap
 from .pretravel_map import as_map as as_map

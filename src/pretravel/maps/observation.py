@@ -312,3 +312,26 @@ def largest_plausible(feed: float | None) -> float:
     (0.15, 0.18)
     """
     return LARGEST_PRETRAVEL + (0.0 if feed is None else delay_travel(feed, LONGEST_DELAY))
+
+
+_SAME_TIP = 0.18
+"""Effective diameters are smaller by twice the pretravel, up to 0.16 mm; tips on sale differ by 0.2
+mm and more. [mm]"""
+
+
+def same_tip(diameter: float, other: float) -> bool:
+    """Whether two diameters can be those of one tip, nominal or effective.
+
+    Parameters
+    ----------
+    diameter, other : float
+        [mm]
+
+    Returns
+    -------
+    bool
+
+    >>> same_tip(6.0, 5.85), same_tip(0.3, 0.5)
+    (True, False)
+    """
+    return abs(diameter - other) <= _SAME_TIP

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,8 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import (
-    DEGREE,
-    MICROMETRE,
     ExtrapolationError,
     FloatArray,
     IntArray,
@@ -23,17 +20,13 @@ from pretravel.base import (
 )
 from pretravel.maps import (
     MapLike,
-    Origin,
     PretravelMap,
     as_map,
-    orientation_note,
     refuse_other_orientation,
 )
 from pretravel.measurement.coarse_touches import with_step_of_touches
-from pretravel.measurement.gross_points import gross_points_sentence
-from pretravel.measurement.point_errors import USUAL_DELAY, PointErrors, errors_of_points
+from pretravel.measurement.point_errors import PointErrors, errors_of_points
 from pretravel.measurement.points import Points
-from pretravel.measurement.points_summary import FRICTION_APART, TouchSummary
 from pretravel.measurement.scatter_on_part import scatter_of_repeats
 from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.qualification import Qualification
@@ -48,9 +41,6 @@ from pretravel.touches import (
 
 if TYPE_CHECKING:
     from pretravel.surface import LocalGeometry, Part, PartContacts, Reach, Surface
-
-OBLIQUE = 10.0 * DEGREE
-"""Approaches at a larger angle to the normal than this are warned about. [rad]"""
 
 
 def apply(
@@ -99,7 +89,7 @@ def apply(
         Where positions are in coarse steps, their uncertainty contains the step
         (`with_step_of_touches`), and where repeated places scatter more than the touches of the
         map, this scatter (`ScatterOnPart`). What it does not contain (an unknown feed, a predicted
-        map) is named by `compensation_warnings`, not here.
+        map) is named by `TouchSummary.warnings`, not here.
 
     Raises
     ------
@@ -278,163 +268,6 @@ def _refuse_undetermined(
                 "there with a smaller tip",
                 inputs=("exclude",),
             )
-
-
-def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) -> list[str]:
-    """What to know before the points are used, as sentences.
-
-    Parameters
-    ----------
-    touches : TouchSummary
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    list of str
-
-    >>> from pretravel.maps.support import DirectionSupport
-    >>> from pretravel.maps.kinds.mean import MeanBasis
-    >>> from pretravel.uncertainty.covariance import Covariance
-    >>> up = [[0.0, 0.0, 1.0]]
-    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
-    ...                     DirectionSupport(up), tip_radius=3.0)
-    >>> touches = Touches([[0.0, 0.0, 2.990]], up)
-    >>> compensation_warnings(TouchSummary.of(touches, apply(touches, mean), mean), mean)
-    []
-    """
-    warnings = []
-    if touches.outside:
-        warnings.append(
-            f"{touches.outside} of {touches.count} normals lie outside the map: pretravel is "
-            "extrapolated there, and u does not contain the error of this"
-        )
-    if not pretravel_map.states_uncertainty:
-        warnings.append(
-            "this map is a prediction without an uncertainty: u_um contains only the tip radius "
-            "(and a given repeatability), not the difference between the described probe and "
-            "yours"
-        )
-    made_at = pretravel_map.feed if pretravel_map.delay is None else None
-    if made_at is not None and touches.feeds is not None:
-        slowest, fastest = touches.feeds
-        if not (slowest == fastest and abs(fastest / made_at - 1.0) < 0.01):
-            at = f"{slowest:g}" if slowest == fastest else f"{slowest:g} to {fastest:g}"
-            warnings.append(
-                f"the map was made at {made_at:g} mm/min, these touches at {at}; the delay travel "
-                "(feed × signal delay) changes with the feed. Qualify at the feed you measure with"
-            )
-    known_of_touches = touches.feeds is not None
-    if _delay_is_unknown(pretravel_map) and (made_at is None) == known_of_touches:
-        warnings.append(_one_unknown_feed(known_of_touches=known_of_touches))
-    if touches.feeds is not None and not pretravel_map.states_uncertainty:
-        warnings.append(
-            f"the touches were made at {touches.feeds[1]:g} mm/min, and a predicted map "
-            "contains no signal delay: feed × delay is still in the deviations"
-        )
-    obliqueness = math.acos(min(touches.least_closing, 1.0))
-    if obliqueness > OBLIQUE and pretravel_map.repeatability > 0.0 and pretravel_map.delay is None:
-        warnings.append(
-            f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
-            "signal delay adds its travel along the approach, but a qualified map contains it as "
-            "pretravel; at 45° and 12 µm of delay travel the error is 3.5 µm. Probe along the "
-            "normal, or qualify at two feeds, which separates the delay"
-        )
-    if touches.middle is not None and abs(touches.middle) > 0.2 * pretravel_map.tip_radius:
-        warnings.append(
-            f"deviations are about {touches.middle:+.3f} mm, of the size of the tip radius "
-            f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
-            "mm, do the normals point out of the part, is the nominal where the part is?"
-        )
-    elsewhere = "" if touches.movement is None else touches.movement.sentence()
-    stated = (touches.other_tip, elsewhere, gross_points_sentence(touches.gross))
-    return [*warnings, *touches.scatter.sentences(), *(said for said in stated if said)]
-
-
-def conditions_notes(touches: TouchSummary, pretravel_map: PretravelMap) -> list[str]:
-    """What holds where nobody states feed or orientation, for the report.
-
-    Parameters
-    ----------
-    touches : TouchSummary
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    list of str
-        Empty where both are stated, or do not matter.
-    """
-    fed, turned = feed_note(touches, pretravel_map), ""
-    if pretravel_map.provenance.origin is Origin.QUALIFIED:
-        turned = orientation_note(pretravel_map, stated=touches.states_spindle)
-    if fed and turned:  # one note, as they have one cause
-        fed, turned = f"{fed}. {turned[0].upper()}{turned[1:]}", ""
-    notes = fed, turned, friction_note(touches)
-    return [note for note in notes if note]
-
-
-def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
-    """What holds where nobody states a feed: for the report, as nearly everybody reads it.
-
-    Parameters
-    ----------
-    touches : TouchSummary
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    str
-        Empty where a feed is stated, or none matters.
-    """
-    stated = touches.feeds is not None or pretravel_map.feed is not None
-    if stated or not _delay_is_unknown(pretravel_map):
-        return ""
-    return (
-        "neither the map nor the touches have a feed (column feed_mm_min): feeds that differ by "
-        "100 mm/min cause errors of 3.3 µm (if the signal delay is 2 ms, a usual value) that are "
-        "not in U"
-    )
-
-
-def friction_note(touches: TouchSummary) -> str:
-    """What a friction of the part unlike that of the reference would do, where that exceeds U.
-
-    Parameters
-    ----------
-    touches : TouchSummary
-
-    Returns
-    -------
-    str
-    """
-    if touches.by_friction <= 0.0:
-        return ""
-    return (
-        f"a coefficient of friction of the part {FRICTION_APART:g} larger than that of the "
-        f"reference moves inclined points by up to {touches.by_friction / MICROMETRE:.1f} µm, more "
-        "than their U, which does not contain it: give its uncertainty (u_friction, 0.1 for "
-        "another metal)"
-    )
-
-
-def _delay_is_unknown(pretravel_map: PretravelMap) -> bool:
-    """Whether a qualified map contains the delay travel of its own feed."""
-    qualified = pretravel_map.provenance.origin is Origin.QUALIFIED
-    return qualified and pretravel_map.delay is None
-
-
-def _one_unknown_feed(*, known_of_touches: bool) -> str:
-    known, unknown = ("touches", "map") if known_of_touches else ("map", "touches")
-    return (
-        f"the {known} {'has' if known == 'map' else 'have'} a feed, the {unknown} "
-        f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): if the feeds differ, the "
-        "points are wrong by the difference × signal delay; u contains the feed that is known × "
-        f"{USUAL_DELAY * 1e3:g} ms. "
-        + (
-            "Qualify again and give the feed of the touches on the reference"
-            if unknown == "map"
-            else "Give the feed of these touches"
-        )
-    )
 
 
 def embed(

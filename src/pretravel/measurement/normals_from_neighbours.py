@@ -10,6 +10,7 @@ from pretravel.base import DEGREE, BoolArray, FloatArray, IntArray, PretravelErr
 from pretravel.maps import PretravelMap
 from pretravel.measurement.points import Points
 from pretravel.surface import tangent_basis
+from pretravel.touches import Touches
 
 _NEIGHBOURS = 12  # a surface of second order has six numbers
 _FEWEST = 8
@@ -19,6 +20,7 @@ _FLAT = 1e-3  # of the extent of neighbours: those in a row have no normal
 _LEAST = 1e-4  # rad: what fourth orders leave that the weights do not show
 _NEARER = 2.0  # of the weight of neighbours, by the square of their distance
 _TOGETHER = 20_000
+_NAMED = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +148,44 @@ def _slopes(
     scatter = np.sqrt(np.sum(left**2, axis=1) / dof)
     noise = scatter * np.sqrt(np.sum(inverse[:, 1:3] ** 2, axis=(1, 2)) / 2.0) / scale[:, 0]
     return found[:, 1:3] / scale, noise
+
+
+def with_errors_of_neighbours(
+    touches: Touches, points: Points, pretravel_map: PretravelMap
+) -> tuple[Points, tuple[str, ...]]:
+    """Points whose normals are those of neighbouring touches: with the errors of these normals.
+
+    Parameters
+    ----------
+    touches : Touches
+    points : Points
+        Compensated with these normals.
+    pretravel_map : PretravelMap
+        In the frame of the points.
+
+    Returns
+    -------
+    Points
+    tuple of str
+        What to say of the normals.
+    """
+    found = neighbour_normals(touches.positions)
+    median, largest = (float(turn) / DEGREE for turn in (np.median(found.turn), found.turn.max()))
+    uncertain = (
+        f"normals from neighbours {found.spacing:.3g} mm apart: uncertain by {median:.2g}° "
+        f"(median) to {largest:.2g}°, which is in the covariance of the points"
+    )
+    said = [uncertain]
+    doubtful = np.flatnonzero(found.doubtful)
+    if len(doubtful):
+        names = ", ".join(points.labels[row] for row in doubtful[:_NAMED].tolist())
+        more = "…" if len(doubtful) > _NAMED else ""
+        said.append(
+            f"the normals of {len(doubtful)} touches are doubtful: the surface is curved too much "
+            f"for this spacing, or has an edge there ({names}{more}). Touch more closely there, or "
+            "take the normals of the nominal surface"
+        )
+    return with_errors_of_normals(points, pretravel_map, found.turn), tuple(said)
 
 
 def with_errors_of_normals(points: Points, pretravel_map: PretravelMap, turn: FloatArray) -> Points:

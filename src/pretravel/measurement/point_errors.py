@@ -16,7 +16,7 @@ from pretravel.measurement.points import FIXED_SCATTER, Points
 from pretravel.measurement.scatter_on_part import ScatterOnPart
 from pretravel.measurement.touch_scatter import MACHINE_PART, PROBE_PART, TouchScatter
 from pretravel.touches import Touches
-from pretravel.uncertainty import Correlation, Covariance
+from pretravel.uncertainty import Budget, Component, Correlation, Covariance
 
 REPEATABILITY = "repeatability"
 MACHINE_GEOMETRY = "geometry of the machine"
@@ -177,6 +177,58 @@ class PointErrors:
             sources[MACHINE_GEOMETRY] = Covariance(Correlation.FULL, moved @ moved.T)
         return sources
 
+    @cached_property
+    def variances_along_normals(self) -> Mapping[str, FloatArray]:
+        """The variance of each point along its normal, (n,), source by source. [mm²]
+
+        Their sum is the square of `Points.standard_uncertainty`. A source that the map does not
+        state is zero.
+        """
+        made, closing = self.pretravel_map, self.closing
+        machine = np.sum(self.machine_along_normals**2, axis=1)
+        rubbed = self.by_friction
+        return {
+            **{name: own * closing**2 for name, own in self.of_touches.items()},
+            FIXED_SCATTER: (made.fixed_scatter * closing) ** 2,
+            "map": self.of_map,
+            "tip radius": np.full(len(closing), made.u_tip_radius**2),
+            "signal delay": (self.delay_along_approach * closing) ** 2,
+            **({FRICTION_OF_PART: (rubbed * closing) ** 2} if rubbed.any() else {}),
+            **({MACHINE_GEOMETRY: machine} if self.by_machine.size else {}),
+        }
+
+    def budget(self, row: int | None = None) -> Budget:
+        """The budget of a compensated point along its normal.
+
+        Parameters
+        ----------
+        row : int, optional
+            Of the point; not given: the root mean square over all points, in which the shares of
+            the sources are those of their mean variances.
+
+        Returns
+        -------
+        Budget
+            In mm, without sources that are zero at all these points.
+
+        >>> from pretravel.maps.kinds.mean import MeanBasis
+        >>> from pretravel.maps.support import DirectionSupport
+        >>> up = [[0.0, 0.0, 1.0]]
+        >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([9e-8]),
+        ...                     DirectionSupport(up), tip_radius=3.0, repeatability=4e-4)
+        >>> touches = Touches([[0.0, 0.0, 2.990]], up)
+        >>> budget = errors_of_points(touches, touches.normals, mean).budget()
+        >>> round(budget.combined * 1e3, 9), [component.name for component in budget.components]
+        (0.5, ['repeatability', 'map'])
+        """
+        rows = slice(None) if row is None else slice(row, row + 1)
+        variances = {
+            name: float(np.mean(variance[rows]))
+            for name, variance in self.variances_along_normals.items()
+        }
+        which = f"rms of {len(self.closing)} points" if row is None else f"point {row + 1}"
+        return budget_of_variances(variances, self.pretravel_map.repeatability_dof, which)
+
     def shared_along_normals(self) -> dict[str, FloatArray] | None:
         """The errors that points have in common, as factors; see `Points.shared`.
 
@@ -231,6 +283,39 @@ USUAL_DELAY = 2e-3
 """Standard uncertainty of a signal delay that was not determined: optical and radio transmission
 take up to some milliseconds. [s]"""
 _SAME_FEED = 0.01  # relative
+
+
+def budget_of_variances(variances: Mapping[str, float], dof: float, which: str) -> Budget:
+    """The budget of points from the mean variance by each source.
+
+    Parameters
+    ----------
+    variances : mapping of str to float
+        [mm²]
+    dof : float
+        Degrees of freedom of the repeatability; 0 where they are not known.
+    which : str
+        The points, for the title.
+
+    Returns
+    -------
+    Budget
+        In mm, without sources that are zero.
+
+    >>> budget_of_variances({"repeatability": 1.6e-7, "map": 9e-8}, 24.0, "point 1").combined
+    0.0005
+    """
+    components = tuple(
+        Component(
+            name,
+            "A" if name in (REPEATABILITY, MACHINE_PART, PROBE_PART) else "B",
+            math.sqrt(variance),
+            dof=dof if name == REPEATABILITY and dof > 0.0 else math.inf,
+        )
+        for name, variance in variances.items()
+        if variance > 0.0
+    )
+    return Budget(components, f"a point along its normal, {which}")
 
 
 def unknown_delay_travel(touches: Touches, pretravel_map: PretravelMap) -> FloatArray:

@@ -99,11 +99,11 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
         """Some of the points: by numbers of rows, or by a mask.
 
         >>> points = Points.plain(np.eye(3), ("a", "b", "c"))
-        >>> points[points.positions[:, 0] < 0.5].labels
-        ('b', 'c')
+        >>> points[points.positions[:, 0] < 0.5].labels, points[[]].labels
+        (('b', 'c'), ())
         """
         chosen = np.atleast_1d(np.asarray(rows))
-        index = np.arange(len(self))[chosen]
+        index = np.arange(len(self))[chosen if chosen.size else np.zeros(0, dtype=np.int64)]
         shared, plain = self.shared, self.uncompensated
         return replace(
             self,
@@ -116,6 +116,24 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
             shared=None if shared is None else {k: frozen(v[index]) for k, v in shared.items()},
             uncompensated=None if plain is None else frozen(plain[index]),
             face=None if self.face is None else self.face[index],
+        )
+
+    def placed(self, placement: Placement) -> Points:
+        """The points, which are those of a part, in the frame of the machine.
+
+        Parameters
+        ----------
+        placement : Placement
+            Of the part in the machine.
+        """
+        turn = placement.rotation
+        plain = self.uncompensated
+        return replace(
+            self,
+            positions=frozen(placement.points(self.positions)),
+            normals=frozen(placement.vectors(self.normals)),
+            covariance=frozen(turn @ self.covariance @ turn.T),
+            uncompensated=None if plain is None else frozen(placement.points(plain)),
         )
 
     @classmethod
@@ -147,30 +165,6 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
         """Standard uncertainty along the normal, (n,). [mm]"""
         variance = np.einsum("ni,nij,nj->n", self.normals, self.covariance, self.normals)
         return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
-
-
-def placed(points: Points, placement: Placement) -> Points:
-    """Points of a part in the frame of the machine.
-
-    Parameters
-    ----------
-    points : Points
-    placement : Placement
-        Of the part in the machine.
-
-    Returns
-    -------
-    Points
-    """
-    turn = placement.rotation
-    plain = points.uncompensated
-    return replace(
-        points,
-        positions=frozen(placement.points(points.positions)),
-        normals=frozen(placement.vectors(points.normals)),
-        covariance=frozen(turn @ points.covariance @ turn.T),
-        uncompensated=None if plain is None else frozen(placement.points(plain)),
-    )
 
 
 def joined_points(parts: Sequence[Points]) -> Points:

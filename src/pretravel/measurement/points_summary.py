@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.base import FloatArray
-from pretravel.maps import PretravelMap, tip_note
+from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.maps import Origin, PretravelMap, orientation_note, tip_note
 from pretravel.measurement.friction_of_part import movement_by_friction
-from pretravel.measurement.gross_points import GrossPoint, gross_points
-from pretravel.measurement.points import Points
+from pretravel.measurement.gross_points import GrossPoint, gross_points, gross_points_sentence
+from pretravel.measurement.point_errors import USUAL_DELAY, PointErrors, budget_of_variances
+from pretravel.measurement.points import Points, joined_points
 from pretravel.measurement.rigid_movement import MovementSums
 from pretravel.measurement.scatter_on_part import ScatterOnPart
 from pretravel.touches import Touches
+from pretravel.uncertainty import Budget
 
+OBLIQUE = 10.0 * DEGREE
+"""Approaches at a larger angle to the normal than this are warned about. [rad]"""
 FRICTION_APART = 0.2
 """Difference of friction that a report looks at: ruby on steel, and on dry aluminium."""
 _SOME = 500
@@ -249,6 +254,147 @@ class TouchSummary:
             max(self.by_friction, other.by_friction),
         )
 
+    def warnings(self, pretravel_map: PretravelMap) -> list[str]:
+        """What to know before the points are used, as sentences.
+
+        Parameters
+        ----------
+        pretravel_map : PretravelMap
+
+        Returns
+        -------
+        list of str
+
+        >>> from pretravel.maps.kinds.mean import MeanBasis
+        >>> from pretravel.maps.support import DirectionSupport
+        >>> from pretravel.uncertainty import Covariance
+        >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
+        ...                     DirectionSupport([[0.0, 0.0, 1.0]]), tip_radius=3.0)
+        >>> TouchSummary(count=1, least_closing=1.0).warnings(mean)
+        []
+        """
+        warnings = []
+        if self.outside:
+            warnings.append(
+                f"{self.outside} of {self.count} normals lie outside the map: pretravel is "
+                "extrapolated there, and u does not contain the error of this"
+            )
+        if not pretravel_map.states_uncertainty:
+            warnings.append(
+                "this map is a prediction without an uncertainty: u_um contains only the tip "
+                "radius (and a given repeatability), not the difference between the described "
+                "probe and yours"
+            )
+        made_at = pretravel_map.feed if pretravel_map.delay is None else None
+        if made_at is not None and self.feeds is not None:
+            slowest, fastest = self.feeds
+            if not (slowest == fastest and abs(fastest / made_at - 1.0) < 0.01):
+                at = f"{slowest:g}" if slowest == fastest else f"{slowest:g} to {fastest:g}"
+                warnings.append(
+                    f"the map was made at {made_at:g} mm/min, these touches at {at}; the delay "
+                    "travel (feed × signal delay) changes with the feed. Qualify at the feed you "
+                    "measure with"
+                )
+        known_of_touches = self.feeds is not None
+        if _delay_is_unknown(pretravel_map) and (made_at is None) == known_of_touches:
+            warnings.append(_one_unknown_feed(known_of_touches=known_of_touches))
+        if self.feeds is not None and not pretravel_map.states_uncertainty:
+            warnings.append(
+                f"the touches were made at {self.feeds[1]:g} mm/min, and a predicted map "
+                "contains no signal delay: feed × delay is still in the deviations"
+            )
+        obliqueness = math.acos(min(self.least_closing, 1.0))
+        measured = pretravel_map.repeatability > 0.0 and pretravel_map.delay is None
+        if measured and obliqueness > OBLIQUE:
+            warnings.append(
+                f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
+                "signal delay adds its travel along the approach, but a qualified map contains it "
+                "as pretravel; at 45° and 12 µm of delay travel the error is 3.5 µm. Probe along "
+                "the normal, or qualify at two feeds, which separates the delay"
+            )
+        if self.middle is not None and abs(self.middle) > 0.2 * pretravel_map.tip_radius:
+            warnings.append(
+                f"deviations are about {self.middle:+.3f} mm, of the size of the tip radius "
+                f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
+                "mm, do the normals point out of the part, is the nominal where the part is?"
+            )
+        elsewhere = "" if self.movement is None else self.movement.sentence()
+        stated = (self.other_tip, elsewhere, gross_points_sentence(self.gross))
+        return [*warnings, *self.scatter.sentences(), *(said for said in stated if said)]
+
+    def notes(self, pretravel_map: PretravelMap) -> list[str]:
+        """What holds where nobody states feed or orientation, for the report.
+
+        Parameters
+        ----------
+        pretravel_map : PretravelMap
+
+        Returns
+        -------
+        list of str
+            Empty where both are stated, or do not matter.
+        """
+        fed, turned = self.feed_note(pretravel_map), ""
+        if pretravel_map.provenance.origin is Origin.QUALIFIED:
+            turned = orientation_note(pretravel_map, stated=self.states_spindle)
+        if fed and turned:  # one note, as they have one cause
+            fed, turned = f"{fed}. {turned[0].upper()}{turned[1:]}", ""
+        notes = fed, turned, self._friction_note()
+        return [note for note in notes if note]
+
+    def feed_note(self, pretravel_map: PretravelMap) -> str:
+        """What holds where nobody states a feed: for the report, as nearly everybody reads it.
+
+        Parameters
+        ----------
+        pretravel_map : PretravelMap
+
+        Returns
+        -------
+        str
+            Empty where a feed is stated, or none matters.
+        """
+        stated = self.feeds is not None or pretravel_map.feed is not None
+        if stated or not _delay_is_unknown(pretravel_map):
+            return ""
+        return (
+            "neither the map nor the touches have a feed (column feed_mm_min): feeds that differ "
+            "by 100 mm/min cause errors of 3.3 µm (if the signal delay is 2 ms, a usual value) "
+            "that are not in U"
+        )
+
+    def _friction_note(self) -> str:
+        """What a friction of the part unlike that of the reference would do, beyond U."""
+        if self.by_friction <= 0.0:
+            return ""
+        return (
+            f"a coefficient of friction of the part {FRICTION_APART:g} larger than that of the "
+            f"reference moves inclined points by up to {self.by_friction / MICROMETRE:.1f} µm, "
+            "more than their U, which does not contain it: give its uncertainty (u_friction, 0.1 "
+            "for another metal)"
+        )
+
+
+def _delay_is_unknown(pretravel_map: PretravelMap) -> bool:
+    """Whether a qualified map contains the delay travel of its own feed."""
+    qualified = pretravel_map.provenance.origin is Origin.QUALIFIED
+    return qualified and pretravel_map.delay is None
+
+
+def _one_unknown_feed(*, known_of_touches: bool) -> str:
+    known, unknown = ("touches", "map") if known_of_touches else ("map", "touches")
+    return (
+        f"the {known} {'has' if known == 'map' else 'have'} a feed, the {unknown} "
+        f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): if the feeds differ, the "
+        "points are wrong by the difference × signal delay; u contains the feed that is known × "
+        f"{USUAL_DELAY * 1e3:g} ms. "
+        + (
+            "Qualify again and give the feed of the touches on the reference"
+            if unknown == "map"
+            else "Give the feed of these touches"
+        )
+    )
+
 
 def _beyond_u_by_friction(touches: Touches, points: Points, pretravel_map: PretravelMap) -> float:
     """Largest movement of a point by another friction, of those that exceed U. [mm]"""
@@ -262,3 +408,72 @@ def _beyond_u_by_friction(touches: Touches, points: Points, pretravel_map: Pretr
     )
     beyond = moved[moved > 2.0 * points.standard_uncertainty[some]]
     return float(beyond.max()) if len(beyond) else 0.0
+
+
+@dataclass(frozen=True)
+class CompensatedRows:
+    """What reports need of a part of a long table, or of several.
+
+    Attributes
+    ----------
+    points : PointsSummary
+    touches : TouchSummary
+    drawn : tuple of Points
+        Some of the points, in equal distances, for pictures.
+    variances : tuple of mapping of str to (k,) float
+        Of these points along their normals, by source. [mm²]
+    dof : float
+        Degrees of freedom of the repeatability of the map.
+    """
+
+    points: PointsSummary
+    touches: TouchSummary
+    drawn: tuple[Points, ...]
+    variances: tuple[Mapping[str, FloatArray], ...]
+    dof: float
+
+    @staticmethod
+    def of(
+        points: Points, touches: TouchSummary, errors: PointErrors, done: int, apart: int
+    ) -> CompensatedRows:
+        """Of the rows that come after ``done`` others; one point of ``apart`` is drawn.
+
+        Parameters
+        ----------
+        points : Points
+        touches : TouchSummary
+        errors : PointErrors
+        done, apart : int
+        """
+        some = np.arange(-done % apart, len(points), apart)
+        return CompensatedRows(
+            PointsSummary.of(points),
+            touches,
+            (points[some],) if len(some) else (),
+            (errors.at(some).variances_along_normals,) if len(some) else (),
+            errors.pretravel_map.repeatability_dof,
+        )
+
+    def joined(self, other: CompensatedRows) -> CompensatedRows:
+        """Of both."""
+        return CompensatedRows(
+            self.points.joined(other.points),
+            self.touches.joined(other.touches),
+            self.drawn + other.drawn,
+            self.variances + other.variances,
+            self.dof,
+        )
+
+    @property
+    def drawn_points(self) -> Points:
+        """The points of pictures."""
+        return joined_points(self.drawn)
+
+    def budget(self) -> Budget:
+        """The budget of these points on average."""
+        variances = {
+            name: float(np.mean(np.concatenate([part[name] for part in self.variances])))
+            for name in self.variances[0]
+        }
+        count = sum(map(len, self.drawn))
+        return budget_of_variances(variances, self.dof, f"rms of {count} of the points")

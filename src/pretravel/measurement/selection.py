@@ -7,7 +7,6 @@ from fnmatch import fnmatchcase
 from re import fullmatch
 
 import numpy as np
-import numpy.typing as npt
 
 from pretravel.base import PretravelError
 from pretravel.measurement.association import ASSOCIATIONS
@@ -15,21 +14,6 @@ from pretravel.measurement.points import Points
 from pretravel.touches import label_prefix
 
 _SHOWN = 8
-
-
-def points_at(points: Points, rows: npt.ArrayLike) -> Points:
-    """Some of the points.
-
-    Parameters
-    ----------
-    points : Points
-    rows : (k,) int
-
-    Returns
-    -------
-    Points
-    """
-    return points[np.asarray(rows, dtype=np.int64)]
 
 
 def points_on_faces(points: Points, faces: Sequence[int]) -> Points:
@@ -57,7 +41,7 @@ def points_on_faces(points: Points, faces: Sequence[int]) -> Points:
             "the points do not give the faces on which they lie (column face): take the points "
             "that pretravel align writes, or choose them by label with select"
         )
-    return points_at(points, np.flatnonzero(np.isin(points.face, np.asarray(faces))))
+    return points[np.flatnonzero(np.isin(points.face, np.asarray(faces)))]
 
 
 def _matches(label: str, pattern: str) -> bool:
@@ -110,7 +94,7 @@ def points_of_features(
             rows.setdefault(name, []).append(row)
             place_of[name] = min(place, place_of.get(name, place))
     _refuse_labels(points.labels, patterns, matched, by_prefix=by_prefix)
-    return {name: points_at(points, rows[name]) for name in sorted(rows, key=place_of.__getitem__)}
+    return {name: points[rows[name]] for name in sorted(rows, key=place_of.__getitem__)}
 
 
 def named_feature(name: str) -> str | None:

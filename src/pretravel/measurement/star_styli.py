@@ -18,7 +18,6 @@ from pretravel.base import DEGREE, FloatArray, IntArray, PretravelError, frozen,
 from pretravel.maps import AXIAL_PRETRAVEL, PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.points import Points, joined_points
-from pretravel.measurement.selection import points_at
 from pretravel.qualification import Qualification
 from pretravel.touches import Touches
 from pretravel.uncertainty import Covariance
@@ -273,4 +272,4 @@ def apply_star(
             for points, moved in parts
         ]
     )  # fmt: skip
-    return points_at(joined, np.argsort(np.concatenate(order)))
+    return joined[np.argsort(np.concatenate(order))]

@@ -9,25 +9,14 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeAlias
 
 from pretravel.base import (
     ANGLE,
-    DEVIATION_OF_FORM,
     FEED,
     REFERENCE_DIAMETER,
     TIP_BALL,
-    U_OF_DIAMETER,
     InputError,
     PretravelError,
 )
 from pretravel.task.task import PICTURES, SILENT, Field, Progress, Task, When, by_name
-from pretravel.task.values import (
-    Angles,
-    StatedColumns,
-    Vector,
-    angles,
-    polar_angles,
-    stated_columns,
-    unit_vector,
-    vector,
-)
+from pretravel.task.values import Angles, PolarAngles, StatedColumns, UnitVector, Vector
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -116,55 +105,33 @@ def files_meant(places: Sequence[Path]) -> list[Path]:
 
 # Reference, tip, probe
 
-DIAMETER = Field(
-    help="Calibrated diameter of the sphere (or ring), in mm.",
-    range=REFERENCE_DIAMETER,
-    label="Diameter of the reference",
-    hint="On the certificate of the sphere or ring",
-)
-Diameter: TypeAlias = Annotated[float, DIAMETER]
-RING = Field(help="The reference is a ring gauge.", label="The reference is a ring gauge")
-Ring: TypeAlias = Annotated[bool, RING]
-U_DIAMETER = Field(
-    help="Standard uncertainty of the diameter, in µm; default: 0.2, assumed; on the certificate "
-    "U, divided by its k.",
-    range=U_OF_DIAMETER,
-    label="Standard uncertainty of the diameter",
-    hint="Half of U (k = 2) on the certificate; 0.2 µm is assumed where it is empty",
-)
-U_TEMPERATURE = Field(
-    help="Standard uncertainty of the reference's temperature, in K.",
-    range=(0.0, 50.0),
-    unit="K",
-    label="Standard uncertainty of its temperature",
-)
-SPHERE_FORM = Field(
-    help="Form deviation of the reference, highest to lowest point, in µm; default: that of a "
-    "grade 5 ball (0.13).",
-    range=DEVIATION_OF_FORM,
-    label="Form deviation of the reference",
-)
-TOOL_OF_SUBROUTINES = (
-    "Number of the probe in the tool table of LinuxCNC. Cycles stop if another tool is in the "
-    "spindle or another length is active; without a number, if any tool length is active."
-)
-STYLUS_OF_SUBROUTINES = (
-    "Length of the stylus from the tip's centre to the probe's body, in mm; the default "
-    "is 50. Cycles stop if the tip could go deeper than a fifth of this length."
-)
-REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)
-SphereCenter: TypeAlias = Annotated[
-    Vector,
+Diameter: TypeAlias = Annotated[
+    float,
     Field(
-        help="Centre of the sphere in the machine's frame, in mm.", parse=vector, metavar="X,Y,Z"
+        help="Calibrated diameter of the sphere (or ring), in mm.",
+        range=REFERENCE_DIAMETER,
+        label="Diameter of the reference",
+        hint="On the certificate of the sphere or ring",
     ),
 ]
-START_CLEARANCE = Field(
-    help="Distance of tip and sphere where a touch starts, in mm.",
-    range=(0.0, 10000.0),
-    unit="mm",
-)
-StartClearance: TypeAlias = Annotated[float, START_CLEARANCE]
+Ring: TypeAlias = Annotated[
+    bool, Field(help="The reference is a ring gauge.", label="The reference is a ring gauge")
+]
+SphereDiameter: TypeAlias = Annotated[
+    float, Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)
+]
+SphereCenter: TypeAlias = Annotated[
+    Vector,
+    Field(help="Centre of the sphere in the machine's frame, in mm.", metavar="X,Y,Z"),
+]
+StartClearance: TypeAlias = Annotated[
+    float,
+    Field(
+        help="Distance of tip and sphere where a touch starts, in mm.",
+        range=(0.0, 10000.0),
+        unit="mm",
+    ),
+]
 Turn: TypeAlias = Annotated[
     float, Field(help="Rotation of the pattern about the probe axis, in degrees.", range=ANGLE)
 ]
@@ -182,24 +149,28 @@ ProbeName: TypeAlias = Annotated[
     ),
 ]
 QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
-SHOWN_QUANTITY = Field(
-    help="Quantity that the summary and the pictures show (the pictures always show the force "
-    "as well). The sensing distance is the deflection across the axis (Rodrigues 2021).",
-    label="Quantity of the pictures",
-    words={
-        "pretravel": "pretravel",
-        "sensing_distance": "sensing distance",
-        "trigger_force": "trigger force",
-    },
-)
-ShownQuantity: TypeAlias = Annotated[QuantityWord, SHOWN_QUANTITY]
-WORKPIECE = Field(
-    help="Material of the part, from the package or from the probe's description.",
-    metavar="MATERIAL",
-    without=(When("model", ("shen",)),),
-)
+ShownQuantity: TypeAlias = Annotated[
+    QuantityWord,
+    Field(
+        help="Quantity that the summary and the pictures show (the pictures always show the force "
+        "as well). The sensing distance is the deflection across the axis (Rodrigues 2021).",
+        label="Quantity of the pictures",
+        words={
+            "pretravel": "pretravel",
+            "sensing_distance": "sensing distance",
+            "trigger_force": "trigger force",
+        },
+    ),
+]
+Workpiece: TypeAlias = Annotated[
+    str,
+    Field(
+        help="Material of the part, from the package or from the probe's description.",
+        metavar="MATERIAL",
+        without=(When("model", ("shen",)),),
+    ),
+]
 """The model shen has no contact of tip and part."""
-Workpiece: TypeAlias = Annotated[str, WORKPIECE]
 MODEL = Field(
     help="Model of the probe's compliance: analytic, fem, shen, ren or wozniak.",
     label="Model of the probe, without a map",
@@ -217,42 +188,44 @@ ModelOfMap: TypeAlias = Annotated[
     ),
 ]
 """Where a probe takes the place of a map."""
-CONTACT_MODEL = Field(
-    help="Model of the probe's compliance: analytic, fem or shen; wozniak for descriptions with a "
-    "contact opening or a piezo stage.",
-    names=_contact_models,
-    metavar="MODEL",
-)
-ContactModel: TypeAlias = Annotated[str, CONTACT_MODEL]
-GRAVITY = Field(
-    help="Direction of gravity in the machine's frame (without it, weight is neglected).",
-    parse=unit_vector,
-    metavar="X,Y,Z",
-)
-Gravity: TypeAlias = Annotated[Vector | None, GRAVITY]
-PROBE_AXIS = Field(
-    help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
-    label="Axis of the probe, tip to spindle",
-    parse=unit_vector,
-    metavar="X,Y,Z",
-)
-ProbeAxis: TypeAlias = Annotated[Vector, PROBE_AXIS]
-UPRIGHT = Vector(0, 0, 1)
+ContactModel: TypeAlias = Annotated[
+    str,
+    Field(
+        help="Model of the probe's compliance: analytic, fem or shen; wozniak for descriptions "
+        "with a contact opening or a piezo stage.",
+        names=_contact_models,
+        metavar="MODEL",
+    ),
+]
+Gravity: TypeAlias = Annotated[
+    UnitVector | None,
+    Field(
+        help="Direction of gravity in the machine's frame (without it, weight is neglected).",
+        metavar="X,Y,Z",
+    ),
+]
+ProbeAxis: TypeAlias = Annotated[
+    UnitVector,
+    Field(
+        help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
+        label="Axis of the probe, tip to spindle",
+        metavar="X,Y,Z",
+    ),
+]
+UPRIGHT = UnitVector(0, 0, 1)
 Azimuths: TypeAlias = Annotated[
     Angles,
     Field(
         help="Azimuths of the surface normal in the probe's frame, in degrees: start:stop:step, a "
         "list a,b,c, or one.",
-        parse=angles,
         metavar="ANGLES",
     ),
 ]
 Polars: TypeAlias = Annotated[
-    Angles,
+    PolarAngles,
     Field(
         help="Polar angles of the surface normal, in degrees: start:stop:step, a list a,b,c, or "
         "one; 90 is a vertical wall.",
-        parse=polar_angles,
         metavar="ANGLES",
     ),
 ]
@@ -272,13 +245,15 @@ StatedUnits: TypeAlias = Annotated[
         words={"": "as the file shows it"},
     ),
 ]
-TIP_OF_MAP = Field(
-    help="Diameter of the tip, in mm; the default is the diameter in the map.",
-    range=TIP_BALL,
-    label="Diameter of the tip",
-    hint="Empty: that of the map",
-)
-TipOfMap: TypeAlias = Annotated[float | None, TIP_OF_MAP]
+TipOfMap: TypeAlias = Annotated[
+    float | None,
+    Field(
+        help="Diameter of the tip, in mm; the default is the diameter in the map.",
+        range=TIP_BALL,
+        label="Diameter of the tip",
+        hint="Empty: that of the map",
+    ),
+]
 
 
 # Where the part is
@@ -469,7 +444,6 @@ class TouchTables(Task):
             help="Columns of a table by name or number, for x,y,z,nx,ny,nz,ax,ay,az,feed,spindle,"
             "label,tip,part,pass,orientation,a,b,c,nominal_x…; nx=-I changes the sign; label=none: "
             "no column is used as label. Other columns are found by their names.",
-            parse=stated_columns,
             metavar="x=X,nx=I,…",
         ),
     ] = None
@@ -489,7 +463,6 @@ class TouchTables(Task):
         Field(
             help="Columns of the table with the plan, written as in --columns.",
             only=("plan",),
-            parse=stated_columns,
             metavar="x=X,nx=I,…",
         ),
     ] = None
@@ -510,11 +483,10 @@ class TouchTables(Task):
         ),
     ] = None
     normal: Annotated[
-        Vector | None,
+        UnitVector | None,
         Field(
             help="Outward normal of the surface at all touches, for files that contain positions "
             "only: 0,0,1 for heights.",
-            parse=unit_vector,
             metavar="X,Y,Z",
         ),
     ] = None
@@ -665,12 +637,15 @@ class TouchFiles(TouchTables):
         return replace(readings, touches=with_feed(readings.touches, feed))
 
 
-FEED_OF_TOUCHES = Field(
-    help="Feed of the touches, in mm/min, for a file without a column feed_mm_min.",
-    range=FEED,
-    label="Feed of the touches",
-    hint="Only where the file does not give it",
-)
+FeedOfTouches: TypeAlias = Annotated[
+    float | None,
+    Field(
+        help="Feed of the touches, in mm/min, for a file without a column feed_mm_min.",
+        range=FEED,
+        label="Feed of the touches",
+        hint="Only where the file does not give it",
+    ),
+]
 
 
 class TouchFilesWithFeed(TouchFiles):
@@ -678,18 +653,4 @@ class TouchFilesWithFeed(TouchFiles):
 
     section: ClassVar[str] = "Reading a file"
 
-    feed: Annotated[float | None, FEED_OF_TOUCHES] = None
-
-
-def refuse_no_folder(path: Path) -> None:
-    """Refuse an output that cannot be a folder, where there are several files.
-
-    Raises
-    ------
-    PretravelError
-        It has an ending, is a file, or its own folder does not exist.
-    """
-    if path.suffix or path.is_file():
-        raise PretravelError(f"{path}: a folder is needed, for several files", inputs=("output",))
-    if not path.parent.is_dir():
-        raise PretravelError(f"cannot make {path}: the folder {path.parent} does not exist")
+    feed: FeedOfTouches = None

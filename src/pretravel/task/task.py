@@ -152,8 +152,6 @@ class Field:
         An argument, not an option.
     metavar : str
         The form of a value in the help.
-    parse : callable or None
-        Makes the value from text; raises `PretravelError` with the reason.
     names : callable or None
         Returns the names that are allowed, from a registry of the library.
     reads : callable, bool
@@ -188,7 +186,6 @@ class Field:
     short: str = ""
     positional: bool = False
     metavar: str = ""
-    parse: Callable[[str], Any] | None = None
     names: Callable[[], Iterable[str]] | None = None
     reads: Callable[[Any], Sequence[Path]] | bool = False
     grows: str = ""
@@ -200,6 +197,19 @@ class Field:
     only: tuple[str | When, ...] = ()
     without: tuple[str | When, ...] = ()
     states: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class InModes:
+    """The modes in which one task uses a setting that several share: `Field.only`, `Field.without`.
+
+    Attributes
+    ----------
+    only, without : tuple of str or When
+    """
+
+    only: tuple[str | When, ...] = ()
+    without: tuple[str | When, ...] = ()
 
 
 class Setting(NamedTuple):
@@ -224,6 +234,12 @@ class Setting(NamedTuple):
     optional: bool
     default: Any
     field: Field
+
+    @property
+    def parse(self) -> Callable[[str], Any] | None:
+        """Makes the value from text, where its type says how."""
+        parse: Callable[[str], Any] | None = getattr(self.kind, "parse", None)
+        return parse
 
     @property
     def shown_words(self) -> Mapping[str, str]:
@@ -331,16 +347,16 @@ class Setting(NamedTuple):
         return self._one(value)
 
     def _one(self, value: Any) -> Any:
-        if isinstance(value, str | int | float) and self.field.parse is not None:
-            return self.field.parse(self.text(value))
+        if isinstance(value, str | int | float) and self.parse is not None:
+            return self.parse(self.text(value))
         offered = self.field.names is not None or self.choices
         if offered and not self.is_choice(value):
             self._refuse(value, f"it is not known; there are {', '.join(self.choices)}")
         if self.kind is Path:
             return Path(value)
-        if self.kind in (float, int) and self.field.parse is None:
+        if self.kind in (float, int) and self.parse is None:
             return self._number(value)
-        if self.kind is str and self.field.parse is None and not isinstance(value, str | Path):
+        if self.kind is str and self.parse is None and not isinstance(value, str | Path):
             self._refuse(value, "it must be a text")
         return value
 
@@ -656,11 +672,19 @@ def settings_of(task: type[Task]) -> tuple[Setting, ...]:
 def _setting(name: str, hint: Any, default: Any) -> Setting:
     if get_origin(hint) is not Annotated:
         raise TypeError(f"the field {name} has no description: Annotated[type, Field(…)]")
-    kind, field = get_args(hint)[:2]
+    kind, *stated = get_args(hint)
     optional = get_origin(kind) in (Union, types.UnionType) and type(None) in get_args(kind)
     if optional:
         rest = [each for each in get_args(kind) if each is not type(None)]
         kind = rest[0] if len(rest) == 1 else Union[tuple(rest)]  # noqa: UP007
+    if get_origin(kind) is Annotated:  # of another setting, which is optional here
+        kind, *described = get_args(kind)
+        stated = [*described, *stated]
+    field, *modes = stated
+    for more in modes:
+        field = replace(
+            field, only=(*field.only, *more.only), without=(*field.without, *more.without)
+        )
     several = get_origin(kind) is tuple and get_args(kind)[-1] is Ellipsis
     return Setting(name, get_args(kind)[0] if several else kind, several, optional, default, field)
 

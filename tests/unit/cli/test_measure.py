@@ -16,7 +16,6 @@ from pretravel.files.map_file import write_map
 from pretravel.files.points_reading import read_points
 from pretravel.files.points_writing import write_points
 from pretravel.measurement.compensation import apply, embed
-from pretravel.measurement.selection import points_at
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, follow, rows, run
 from tests.support.example_maps import example_map
@@ -349,7 +348,7 @@ def test_the_inscribed_circle_of_a_dented_bore(points_file: Path, tmp_path: Path
     positions[points.labels.index("bore1-1"), 0] -= 0.02  # at the angle 0, towards the axis
     others = [i for i, label in enumerate(points.labels) if label != "bore1-7"]  # opposite to it
     path, out, values = (tmp_path / name for name in ("burr.csv", "out.csv", "out.json"))
-    write_points(path, points_at(replace(points, positions=positions), others))
+    write_points(path, replace(points, positions=positions)[others])
     command = ["measure", path, "--feature", "bore", "--select", "bore1*", "--tolerance", "20.."]
     shown, warned = both_outputs(*command, "--association", "inscribed", "--u-machine", 1,
                                  "-o", out, code=3)  # fmt: skip

@@ -17,11 +17,11 @@ from tests.support.example_maps import mean_map
 
 
 def test_tips_and_feeds_that_are_the_same() -> None:
-    """A radius within 0.05 mm, feeds within 2 %, where the map does not contain the delay."""
+    """A diameter within 0.18 mm, feeds within 2 %, where the map does not contain the delay."""
     made = replace(mean_map(0.01), feed=50.0)
-    check_map_of_program(made, 3.0499, np.array([50.0, 51.0, 49.0]))
-    check_map_of_program(made, 2.9501, np.array([50.0]))
-    for radius in (3.051, 2.949):
+    check_map_of_program(made, 3.0899, np.array([50.0, 51.0, 49.0]))
+    check_map_of_program(made, 2.9101, np.array([50.0]))
+    for radius in (3.091, 2.909):
         with pytest.raises(PretravelError, match=r"tip of 6\.000 mm diameter"):
             check_map_of_program(made, radius, np.array([50.0]))
     for feed in (51.1, 48.9):

@@ -17,7 +17,7 @@ from pretravel.files.map_file import read_map, write_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.spindle_orientation import orientation_note, orientation_of, turned_to
-from pretravel.measurement.compensation import apply, compensation_warnings, conditions_notes
+from pretravel.measurement.compensation import apply
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.qualification.change_causes import Cause
 from pretravel.qualification.prior_update import update_map
@@ -114,7 +114,7 @@ def test_a_tip_of_another_name_is_named(mine: str, other: str, told: bool) -> No
     stated = replace(touches, tips=(mine,) * len(touches)) if mine else touches
     made = replace(_qualified(None), provenance=Provenance(Origin.QUALIFIED, tip=other))
     said = [
-        *compensation_warnings(TouchSummary.of(stated, apply(stated, made), made), made),
+        *TouchSummary.of(stated, apply(stated, made), made).warnings(made),
         *verify(stated, made, 25.0).warnings,
         *update_map(stated, made, 25.0).warnings,
     ]
@@ -138,7 +138,7 @@ def test_a_head_that_one_side_states_is_named(
     made, stated = _qualified(None), replace(touches, **words)
     made = replace(made, provenance=replace(made.provenance, **of_map))
     for said in (
-        compensation_warnings(TouchSummary.of(stated, apply(stated, made), made), made),
+        TouchSummary.of(stated, apply(stated, made), made).warnings(made),
         update_map(stated, made, 25.0).warnings,
     ):
         heads = [each for each in said if "if the head was turned" in each]
@@ -186,8 +186,8 @@ def test_what_is_not_stated_is_said_once() -> None:
     round_map = replace(mean_map(0.01), provenance=Provenance(origin=Origin.QUALIFIED))
     assert orientation_note(round_map, stated=False) == ""
     quiet = TouchSummary(10, 1.0, (60.0, 60.0), 0.0, 0)
-    assert len(conditions_notes(quiet, none)) == 1
-    assert conditions_notes(replace(quiet, states_spindle=True), made) == []
+    assert len(quiet.notes(none)) == 1
+    assert replace(quiet, states_spindle=True).notes(made) == []
 
 
 def test_verify_names_a_turned_spindle() -> None:

@@ -11,7 +11,7 @@ from benchmarks.departures import patterns, probes
 from benchmarks.departures.tripod import TIP_RADIUS
 from pretravel.base.directions import fibonacci_cap
 from pretravel.maps import PretravelMap
-from pretravel.measurement.compensation import apply, conditions_notes
+from pretravel.measurement.compensation import apply
 from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.qualification.qualifying import qualify
@@ -40,7 +40,7 @@ def test_points_of_a_part_with_another_friction_are_within_u_that_is_given() -> 
             kept.append(float(np.mean((error / points.standard_uncertainty) ** 2)))
             assert ("friction of the part" in (points.shared or {})) == (u > 0.0)
             summary = TouchSummary.of(touches, points, found.pretravel_map)
-            said = " ".join(conditions_notes(summary, found.pretravel_map))
+            said = " ".join(summary.notes(found.pretravel_map))
             assert ("coefficient of friction" in said) == (u == 0.0)
     # In simulation of 15 probes: 3.1 and 1.0; single sets scatter by a third.
     assert np.mean(chi[0.0]) > 2.0

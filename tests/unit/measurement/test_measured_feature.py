@@ -19,8 +19,8 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.association import ASSOCIATIONS, associate
 from pretravel.measurement.compensation import apply, embed
-from pretravel.measurement.points import FIXED_SCATTER, Points, placed
-from pretravel.measurement.selection import points_at, points_of_features
+from pretravel.measurement.points import FIXED_SCATTER, Points
+from pretravel.measurement.selection import points_of_features
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.feature_points import OWN, TIP, around, feature_points, features
 
@@ -342,7 +342,7 @@ def test_a_feature_turns_with_its_part(kind: str) -> None:
     moved = positions + 1e-3 * rng.normal(size=(len(positions), 1)) * normals
     shared = {"map 1": 0.5e-3 * rng.normal(size=len(positions))}
     here = feature_points(moved, normals, shared=shared)
-    there = points_at(placed(here, PLACE), rng.permutation(len(here)))
+    there = here.placed(PLACE)[rng.permutation(len(here))]
     at = np.array([0.2, 0.1, -0.3])
     axis = None if kind in ("plane", "line") else np.array([0.0, 0.0, 1.0])
     first = measure_feature(here, kind, at=at, axis=axis)

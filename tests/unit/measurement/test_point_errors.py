@@ -18,13 +18,9 @@ from pretravel.maps.support import DirectionSupport
 from pretravel.measurement import point_errors
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.measured_spheres import measured_sphere
-from pretravel.measurement.point_budgets import (
-    budget_of_variances,
-    point_budget,
-    variances_along_normals,
-)
 from pretravel.measurement.point_errors import (
     PointErrors,
+    budget_of_variances,
     errors_of_points,
     point_sources,
     total_covariance,
@@ -151,11 +147,11 @@ class TestByHand:
             "tip radius": np.full(3, 49e-8),
             "signal delay": parts["signal delay"],
         }
-        found = variances_along_normals(errors)
+        found = errors.variances_along_normals
         assert list(found) == list(by_hand)
         for name, own in by_hand.items():
             assert found[name] == pytest.approx(own, rel=1e-9), name
-        budget = point_budget(errors, row)
+        budget = errors.budget(row)
         every = np.array(list(by_hand.values()))
         variances = every.mean(axis=1) if row is None else every[:, row]
         assert budget.result == f"a point along its normal, {which}"
@@ -257,7 +253,7 @@ class TestDelay:
         )  # fmt: skip
         expected = 9e-8 * np.outer(N[0], N[0])
         assert errors.covariance[0] == pytest.approx(expected)
-        assert variances_along_normals(errors)["map"].tolist() == [0.0]
+        assert errors.variances_along_normals["map"].tolist() == [0.0]
 
 
 def _unequal_points(seed: int) -> PointErrors:

@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.base.directions import unit
 from pretravel.base.frames import Placement
-from pretravel.measurement.points import Points, joined_points, placed
+from pretravel.measurement.points import Points, joined_points
 
 ARRAYS = ("positions", "normals", "pretravel", "covariance", "deviation", "uncompensated")
 
@@ -62,7 +62,7 @@ def test_placed_points_turn_with_the_part() -> None:
     part = some_points(3, 4)
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     offset = np.array([10.0, 20.0, 30.0])
-    found = placed(part, Placement(turn, offset))
+    found = part.placed(Placement(turn, offset))
     for name, shift in (("positions", offset), ("normals", 0.0), ("uncompensated", offset)):
         own = getattr(part, name)
         expected = np.column_stack([-own[:, 1], own[:, 0], own[:, 2]]) + shift
@@ -74,7 +74,7 @@ def test_placed_points_turn_with_the_part() -> None:
     assert found.standard_uncertainty == pytest.approx(np.sqrt(along))
     for name in ("pretravel", "deviation"):
         assert np.array_equal(getattr(found, name), getattr(part, name))
-    bare = placed(replace(part, uncompensated=None), Placement(turn, offset))
+    bare = replace(part, uncompensated=None).placed(Placement(turn, offset))
     assert bare.uncompensated is None
 
 

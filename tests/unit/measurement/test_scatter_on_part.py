@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.support import DirectionSupport
-from pretravel.measurement.compensation import apply, compensation_warnings
+from pretravel.measurement.compensation import apply
 from pretravel.measurement.point_errors import point_sources, total_covariance
 from pretravel.measurement.points import Points, joined_points
 from pretravel.measurement.points_summary import TouchSummary
@@ -38,7 +38,7 @@ def _compensated(
 
 
 def _said(touches: Touches, points: Points) -> str:
-    return " ".join(compensation_warnings(TouchSummary.of(touches, points, MAP), MAP))
+    return " ".join(TouchSummary.of(touches, points, MAP).warnings(MAP))
 
 
 @pytest.mark.parametrize("scatter", [OF_MAP, OF_PART])

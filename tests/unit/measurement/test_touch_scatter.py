@@ -20,7 +20,6 @@ from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.point_budgets import point_budget
 from pretravel.measurement.point_errors import errors_of_points, point_sources, total_covariance
 from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.touches import Touches
@@ -94,7 +93,7 @@ def test_points_and_their_budget_have_both_parts() -> None:
     plain = apply(touches, made, extrapolate=True)
     assert plain.standard_uncertainty == pytest.approx(np.sqrt(4e-8 + 1e-8 + 25e-8), rel=1e-9)
     errors = errors_of_points(touches, normals, made, SCATTER)
-    budget = point_budget(errors, 1)
+    budget = errors.budget(1)
     parts = {c.name: c.standard_uncertainty**2 for c in budget.components}
     assert parts["machine, separated"] == pytest.approx(MACHINE[3])
     assert parts["probe, separated"] == pytest.approx(PROBE[3])

@@ -9,7 +9,6 @@ import pytest
 
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance
-from pretravel.measurement.compensation import compensation_warnings, feed_note
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import mean_map
@@ -23,22 +22,22 @@ QUIET = TouchSummary(10, 1.0, (60.0, 60.0), 0.0, 0)
 
 
 def _told(summary: TouchSummary, made: PretravelMap, words: str) -> bool:
-    warnings = [w for w in compensation_warnings(summary, made) if words in w]
+    warnings = [w for w in summary.warnings(made) if words in w]
     assert len(warnings) <= 1
     return bool(warnings)
 
 
 def test_nothing_is_said_of_a_usual_case() -> None:
     for made in (MEASURED, QUALIFIED, replace(QUALIFIED, feed=None, **DELAYED)):  # type: ignore[arg-type]
-        assert compensation_warnings(QUIET, made) == []
-    assert compensation_warnings(TouchSummary(10, 1.0), replace(MEASURED, feed=None)) == []
+        assert QUIET.warnings(made) == []
+    assert TouchSummary(10, 1.0).warnings(replace(MEASURED, feed=None)) == []
     # By rounding, the cosine between two unit vectors may exceed one.
     rounded = replace(QUIET, least_closing=float(np.nextafter(1.0, 2.0)))
-    assert compensation_warnings(rounded, MEASURED) == []
+    assert rounded.warnings(MEASURED) == []
 
 
 def test_normals_outside_the_map() -> None:
-    (said,) = compensation_warnings(replace(QUIET, outside=1), MEASURED)
+    (said,) = replace(QUIET, outside=1).warnings(MEASURED)
     assert said.startswith("1 of 10 normals lie outside the map")
 
 
@@ -60,11 +59,11 @@ def test_feeds_within_a_per_cent_are_the_same(
 ) -> None:
     """One feed, that of the map within 1 %: 0.6 mm/min of 60."""
     summary = replace(QUIET, feeds=feeds)
-    told = " ".join(compensation_warnings(summary, MEASURED))
+    told = " ".join(summary.warnings(MEASURED))
     assert ("was made at 60 mm/min, these touches" in told) == bool(expected)
     assert expected in told
     for other in (replace(MEASURED, **DELAYED), replace(MEASURED, feed=None)):  # type: ignore[arg-type]
-        assert compensation_warnings(summary, other) == []
+        assert summary.warnings(other) == []
 
 
 @pytest.mark.parametrize("origin", list(Origin))
@@ -76,8 +75,8 @@ def test_feeds_that_are_not_known_matter_to_qualified_maps_without_a_delay(
 ) -> None:
     made = replace(MEASURED, feed=made_at, provenance=Provenance(origin=origin))
     made = replace(made, **DELAYED) if delayed else made  # type: ignore[arg-type]
-    told = " ".join(compensation_warnings(replace(QUIET, feeds=feeds), made))
-    noted = feed_note(replace(QUIET, feeds=feeds), made)
+    told = " ".join(replace(QUIET, feeds=feeds).warnings(made))
+    noted = replace(QUIET, feeds=feeds).feed_note(made)
     unknown = origin is Origin.QUALIFIED and not delayed
     both = made_at is None and feeds is None
     assert ("neither the map nor the touches have a feed" in noted) == (unknown and both)
@@ -100,7 +99,7 @@ def test_predicted_maps_contain_neither_uncertainty_nor_delay() -> None:
     assert _told(replace(fed, feeds=None), predicted, no_uncertainty)
     assert not _told(replace(fed, feeds=None), predicted, "signal delay")
     measured = replace(predicted, covariance=Covariance.independent([1e-8]))
-    assert compensation_warnings(fed, measured) == []
+    assert fed.warnings(measured) == []
 
 
 @pytest.mark.parametrize(("degrees", "expected"), [(9.9, False), (10.1, True), (45.0, True)])
@@ -121,5 +120,5 @@ def test_deviations_of_a_fifth_of_the_tip_radius(middle: float | None, expected:
     """The radius is 3 mm."""
     words = "" if middle is None else f"deviations are about {middle:+.3f} mm, of the size"
     summary = replace(QUIET, middle=middle)
-    assert bool(compensation_warnings(summary, MEASURED)) == expected
+    assert bool(summary.warnings(MEASURED)) == expected
     assert _told(summary, MEASURED, words) == expected

@@ -20,9 +20,7 @@ from pretravel.maps.machine_terms import MachineTerms
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply, embed
-from pretravel.measurement.point_budgets import point_budget
 from pretravel.measurement.point_errors import MACHINE_GEOMETRY, errors_of_points, point_sources
-from pretravel.measurement.selection import points_at
 from pretravel.qualification.block_plan import plan_block
 from pretravel.qualification.qualifying import qualified, qualify_like, with_machine
 from pretravel.qualification.reference_fit import fit_references
@@ -92,10 +90,10 @@ def test_diameters_lie_within_their_uncertainty(shops: int) -> None:
         made, touches = _made(number)
         points, plain = apply(touches, made), apply(touches, replace(made, machine=None))
         for rows, true in ((np.arange(24), 60.0), (np.arange(24, 48), 40.0)):
-            size = measure_feature(points_at(points, rows), "bore").quantity("diameter")
+            size = measure_feature(points[rows], "bore").quantity("diameter")
             inside.append(abs(size.value - true) <= size.expanded_u)
             errors.append(size.value - true)
-            other = measure_feature(points_at(plain, rows), "bore").quantity("diameter")
+            other = measure_feature(plain[rows], "bore").quantity("diameter")
             uncorrected.append(other.value - true)
     assert np.mean(inside) >= (0.91 if shops > 100 else 0.8)
     assert np.mean(np.square(errors)) < 0.3 * np.mean(np.square(uncorrected))
@@ -141,9 +139,7 @@ def test_sources_and_budget_add_up() -> None:
     sources = point_sources(touches, points, made)
     total = sum(np.diag(part.matrix) for part in sources.values())
     assert np.sqrt(total) == pytest.approx(points.standard_uncertainty, rel=1e-9)
-    names = [
-        c.name for c in point_budget(errors_of_points(touches, points.normals, made)).components
-    ]
+    names = [c.name for c in errors_of_points(touches, points.normals, made).budget().components]
     assert MACHINE_GEOMETRY in names
     assert points.shared is not None
     assert f"{MACHINE_GEOMETRY} 1" in points.shared

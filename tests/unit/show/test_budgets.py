@@ -15,7 +15,6 @@ from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.files.touches_csv import read_touches
 from pretravel.maps.pretravel_map import over_support
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.point_budgets import point_budget, variances_along_normals
 from pretravel.measurement.point_errors import errors_of_points
 from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
 from pretravel.qualification.qualifying import qualify
@@ -48,9 +47,9 @@ def test_every_point_of_a_part(qualified: Qualification) -> None:
     touches = Touches(touches.positions, touches.normals, feeds=np.full(len(touches), 60.0))
     points = apply(touches, made)
     errors = errors_of_points(touches, points.normals, made)
-    variance = np.sum(list(variances_along_normals(errors).values()), axis=0)
+    variance = np.sum(list(errors.variances_along_normals.values()), axis=0)
     assert np.sqrt(variance) == pytest.approx(points.standard_uncertainty)
-    one, mean = point_budget(errors, 3), point_budget(errors)
+    one, mean = errors.budget(3), errors.budget()
     assert one.combined == pytest.approx(points.standard_uncertainty[3])
     assert mean.combined == pytest.approx(np.sqrt(np.mean(points.standard_uncertainty**2)))
     # 60 mm/min are 1 mm/s: the travel of 0.2 ms is 0.2 µm.
@@ -69,7 +68,7 @@ def test_what_a_map_does_not_state_has_no_share() -> None:
         made, covariance=Covariance.independent(np.zeros(made.basis.size)), u_tip_radius=0.0
     )
     touches = Touches(15.5 * np.eye(3)[[2]], np.eye(3)[[2]])
-    budget = point_budget(errors_of_points(touches, touches.normals, silent))
+    budget = errors_of_points(touches, touches.normals, silent).budget()
     assert set(_sources(budget)) <= {"repeatability", "fixed scatter"}
 
 

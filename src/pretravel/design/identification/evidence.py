@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, PretravelError
-from pretravel.maps import LARGEST_PRETRAVEL, Origin, PretravelMap, TouchedMeans
+from pretravel.maps import Origin, PretravelMap, TouchedMeans, same_tip
 from pretravel.prediction import Probe
 from pretravel.six_seats import curved_part_factor
 
@@ -61,7 +61,7 @@ def refuse_other_probe(pretravel_map: PretravelMap, probe: Probe) -> None:
             "the map was made in the description",
             inputs=("probe",),
         )
-    if abs(probe.tip.radius - pretravel_map.tip_radius) > LARGEST_PRETRAVEL:
+    if not same_tip(2.0 * probe.tip.radius, 2.0 * pretravel_map.tip_radius):
         raise PretravelError(
             f"the tip of the description has a diameter of {2.0 * probe.tip.radius:.6g} mm, that "
             f"of the map {2.0 * pretravel_map.tip_radius:.6g} mm: one of them is of another probe",

@@ -22,7 +22,7 @@ from pretravel.base import (
 )
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART, FeatureErrors
 from pretravel.maps import DirectionSupport, MeanBasis, PretravelMap
-from pretravel.measurement import FIXED_SCATTER, Association, Points, placed
+from pretravel.measurement import FIXED_SCATTER, Association, Points
 from pretravel.surface import Feet, Part
 from pretravel.uncertainty import COVERAGE_FACTOR, Covariance, coverage_factor
 
@@ -202,7 +202,7 @@ def points_in_part(alignment: Alignment) -> Points:
     assert errors is not None
     # A part that lies further along a direction has its points further back in its own frame.
     moves = [-into_part.vectors(move) for move in errors.factors(found.positions)]
-    part_points = placed(found, into_part)
+    part_points = found.placed(into_part)
     whole = part_points.covariance + sum(
         (move[:, :, None] * move[:, None, :] for move in moves), np.zeros((1, 3, 3))
     )

@@ -30,7 +30,7 @@ from pretravel.drawing.features.feature_uncertainty import feature_errors
 from pretravel.drawing.features.form_families import families_of_faces
 from pretravel.drawing.features.form_of_part import NO_FORM, Family
 from pretravel.maps import PretravelMap
-from pretravel.measurement import Association, apply, points_at
+from pretravel.measurement import Association, apply
 from pretravel.qualification import FEWEST_LEFT, outlier_factor
 from pretravel.surface import ContactSearch, Feet, Part, feet_on_faces, lattice
 from pretravel.touches import travel_of_delay
@@ -421,7 +421,7 @@ class _Fit:
         points = apply(touches, self.pretravel_map, extrapolate=extrapolate)
         rows = np.flatnonzero(state.used)
         assert points.deviation is not None
-        on_part = points_at(points, rows)
+        on_part = points[rows]
         jacobian = state.slopes[rows] @ state.motions
         amounts = np.linalg.pinv(state.motions) @ state.response[:, rows]
         residuals = points.deviation[rows]

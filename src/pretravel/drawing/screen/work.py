@@ -31,7 +31,6 @@ from pretravel.drawing.tolerances.features_file import Drawing
 from pretravel.drawing.tolerances.plan_features import PLAN_ENDINGS, read_plan_features
 from pretravel.files import read_points
 from pretravel.maps import PretravelMap
-from pretravel.measurement import point_budget, points_at
 from pretravel.prediction import catalogue_names
 from pretravel.show import Chart, Document, Scale, SpaceChart, SpacePoints
 from pretravel.surface import Part, feet_on_faces, read_part
@@ -78,7 +77,7 @@ class PartResult:
 
     def budget(self, row: int) -> Budget:
         """The uncertainty budget of a point. [mm]"""
-        return point_budget(self.compensated.errors, row)
+        return self.compensated.errors.budget(row)
 
     @property
     def part(self) -> Part | None:
@@ -331,7 +330,7 @@ def _measured(
         numbers = np.array([face.number for face in result.part.faces], dtype=np.int64)
         points = replace(points, face=numbers[result.face])
     if rows is not None:
-        points = replace(points_at(points, rows), labels=(label,) * len(rows))
+        points = replace(points[rows], labels=(label,) * len(rows))
         found = replace(task, select=(label,)).measured(points)
     elif drawing is not None:
         found = task.measured(points, task.wanted_of(drawing, part=result.part), result.part)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -12,14 +11,15 @@ from pretravel.base import PretravelError
 from pretravel.task import (
     PAGES,
     SILENT,
-    TIP_OF_MAP,
     Field,
+    InModes,
     ModelOfMap,
     OfOneTip,
     PlacedPart,
     Progress,
     Reported,
     Result,
+    TipOfMap,
     TouchFilesWithFeed,
     When,
     existing,
@@ -34,7 +34,13 @@ if TYPE_CHECKING:
     from pretravel.base import FloatArray, Placement
     from pretravel.files import FileReadings, LongTable, NormalsFrom
     from pretravel.maps import PretravelMap
-    from pretravel.measurement import PointErrors, Points, PointsSummary, TouchScatter, TouchSummary
+    from pretravel.measurement import (
+        CompensatedRows,
+        PointErrors,
+        Points,
+        TouchScatter,
+        TouchSummary,
+    )
     from pretravel.show import Document
     from pretravel.surface import Part, Surface
     from pretravel.touches import Touches
@@ -43,7 +49,7 @@ _NORMALS_TAKEN = (
     "the touches have no normals: the normals of the {} are used, and the travel is taken as "
     "opposite to them"
 )
-_SURFACE, _NAMED = "surface", 8
+_SURFACE = "surface"
 _OTHER_SURFACE = 20.0
 """Median angle from which the stated normals are those of another surface: a bore whose expected
 centre is off by half the radius of its touches has it. [°]"""
@@ -115,7 +121,7 @@ class Compensate(
             without=(SEVERAL_TIPS,),
         ),
     ] = None
-    tip_diameter: Annotated[float | None, replace(TIP_OF_MAP, without=(SEVERAL_TIPS,))] = None
+    tip_diameter: Annotated[TipOfMap, InModes(without=(SEVERAL_TIPS,))] = None
     feature: Annotated[
         Literal["bore", "boss", "sphere", "surface"] | None,
         Field(
@@ -274,8 +280,7 @@ class Compensate(
         from pretravel.measurement import (
             TouchSummary,
             apply_with_errors,
-            compensation_warnings,
-            placed,
+            with_errors_of_neighbours,
             with_step_of_touches,
         )
         from pretravel.touches import moved
@@ -303,12 +308,12 @@ class Compensate(
         )
         of_neighbours: tuple[str, ...] = ()
         if readings.normals_taken and nominal is None and self.feature == _SURFACE:
-            points, of_neighbours = _with_neighbours(measured, points, seen)
+            points, of_neighbours = with_errors_of_neighbours(measured, points, seen)
         points = replace(points, map_used=map_word(self.map_file, pretravel_map))
         summary = TouchSummary.of(measured, points, seen)
         if in_machine:
-            points = placed(points, placement)
-        warnings = tuple(compensation_warnings(summary, pretravel_map))
+            points = points.placed(placement)
+        warnings = tuple(summary.warnings(pretravel_map))
         warnings += (*coarse, *refitted, *_error_of_placement(placement, points))
         if readings.normals_taken:
             source = (
@@ -388,34 +393,6 @@ def _error_of_placement(placement: Placement, points: Points) -> tuple[str, ...]
     return (said,)
 
 
-def _with_neighbours(
-    touches: Touches, points: Points, seen: PretravelMap
-) -> tuple[Points, tuple[str, ...]]:
-    """Points with the errors of normals from neighbouring touches, and what to say of these."""
-    import numpy as np
-
-    from pretravel.base import DEGREE
-    from pretravel.measurement import neighbour_normals, with_errors_of_normals
-
-    found = neighbour_normals(touches.positions)
-    median, largest = (float(turn) / DEGREE for turn in (np.median(found.turn), found.turn.max()))
-    uncertain = (
-        f"normals from neighbours {found.spacing:.3g} mm apart: uncertain by {median:.2g}° "
-        f"(median) to {largest:.2g}°, which is in the covariance of the points"
-    )
-    said = [uncertain]
-    doubtful = np.flatnonzero(found.doubtful)
-    if len(doubtful):
-        names = ", ".join(points.labels[row] for row in doubtful[:_NAMED].tolist())
-        more = "…" if len(doubtful) > _NAMED else ""
-        said.append(
-            f"the normals of {len(doubtful)} touches are doubtful: the surface is curved too much "
-            f"for this spacing, or has an edge there ({names}{more}). Touch more closely there, or "
-            "take the normals of the nominal surface"
-        )
-    return with_errors_of_normals(points, seen, found.turn), tuple(said)
-
-
 @dataclass(frozen=True, eq=False)
 class CompensatedTouches(Result):
     """Surface points with the touches and the map that they come from.
@@ -431,7 +408,7 @@ class CompensatedTouches(Result):
     points : Points
         In the frame of the touches as they were given.
     errors : PointErrors
-        Sources of error of the points, in the frame of the part; `point_budget` makes budgets.
+        Sources of error of the points, in the frame of the part; with their budget.
     summary : TouchSummary
         Of the touches, which the warnings come from.
     warnings : tuple of str
@@ -449,17 +426,16 @@ class CompensatedTouches(Result):
 
     def document(self) -> Document:
         """The report."""
-        from pretravel.measurement import conditions_notes, point_budget
         from pretravel.tasks.compensate.report import points_document
 
-        task, notes = self.task, conditions_notes(self.summary, self.pretravel_map)
+        task, notes = self.task, self.summary.notes(self.pretravel_map)
         document = points_document(
             self.points,
             touches_name=task.touches_name,
             nominal=self.nominal,
             placement=task.placement() if task.in_machine else None,
             warnings=[*self.readings.notes(), *self.warnings],
-            budgets=[point_budget(self.errors)],
+            budgets=[self.errors.budget()],
         )
         return replace(document, notes=tuple(notes))
 
@@ -479,35 +455,6 @@ class CompensatedTouches(Result):
             f"{name} compensated with {map_name} ({made.kind}; {source}){reading}",
             nominal_points=self.touches.nominal_points,
             tip_radius=made.tip_radius,
-        )
-
-
-@dataclass(frozen=True)
-class CompensatedRows:
-    """What reports need of a part of a table, or of several.
-
-    Attributes
-    ----------
-    points : PointsSummary
-    touches : TouchSummary
-    drawn : tuple of Points
-        Some of the points, in equal distances, for pictures.
-    variances : tuple of mapping of str to (k,) float
-        Of these points along their normals, by source. [mm²]
-    """
-
-    points: PointsSummary
-    touches: TouchSummary
-    drawn: tuple[Points, ...]
-    variances: tuple[Mapping[str, FloatArray], ...]
-
-    def joined(self, other: CompensatedRows) -> CompensatedRows:
-        """Of both."""
-        return CompensatedRows(
-            self.points.joined(other.points),
-            self.touches.joined(other.touches),
-            self.drawn + other.drawn,
-            self.variances + other.variances,
         )
 
 
@@ -542,19 +489,11 @@ class LongCompensation(Result):
 
     def document(self) -> Document:
         """The report; its pictures and its budget are those of some of the points."""
-        import numpy as np
-
-        from pretravel.measurement import (
-            budget_of_variances,
-            compensation_warnings,
-            conditions_notes,
-            joined_points,
-        )
         from pretravel.show import Picture
         from pretravel.tasks.compensate.picture import points_view
         from pretravel.tasks.compensate.report import summary_document
 
-        task, drawn = self.task, joined_points(self.found.drawn)
+        task, drawn = self.task, self.found.drawn_points
         title = f"{task.touches_name}, compensated"
         placement = task.placement() if task.in_machine else None
         picture = Picture(
@@ -562,20 +501,14 @@ class LongCompensation(Result):
             "pretravel and uncertainty",
             lambda: points_view(drawn, title, nominal=self.nominal, placement=placement),
         )
-        variances = {
-            name: float(np.mean(np.concatenate([part[name] for part in self.found.variances])))
-            for name in self.found.variances[0]
-        }
-        dof = self.pretravel_map.repeatability_dof
-        budget = budget_of_variances(variances, dof, f"rms of {len(drawn)} of the points")
-        stated = compensation_warnings(self.found.touches, self.pretravel_map)
-        notes = conditions_notes(self.found.touches, self.pretravel_map)
+        stated = self.found.touches.warnings(self.pretravel_map)
+        notes = self.found.touches.notes(self.pretravel_map)
         document = summary_document(
             self.found.points,
             picture,
             title=title,
             warnings=[*self.warnings, *stated],
-            budgets=[budget],
+            budgets=[self.found.budget()],
         )
         return replace(document, notes=tuple(notes))
 
@@ -613,6 +546,7 @@ def compensate_long_table(
         As `Compensate.compensated`; the output is then not written.
     """
     from pretravel.files import points_table, written_in_parts
+    from pretravel.measurement import CompensatedRows
     from pretravel.touches import with_feed
 
     found: CompensatedRows | None = None
@@ -623,7 +557,8 @@ def compensate_long_table(
             result = task.compensated(readings, pretravel_map, nominal, shared=False)
             append(points_table(result.points))
             done = 0 if found is None else len(found.points)
-            part = _part_of(result, done, max(table.count // _DRAWN, 1))
+            apart = max(table.count // _DRAWN, 1)
+            part = CompensatedRows.of(result.points, result.summary, result.errors, done, apart)
             found = part if found is None else found.joined(part)
             warnings |= dict.fromkeys(readings.warnings)
             done = len(found.points)
@@ -631,17 +566,3 @@ def compensate_long_table(
             _LOG.info("%d touches of about %d", done, table.count, extra={"done": ratio})
     assert found is not None  # a table has rows
     return LongCompensation(task, table, pretravel_map, nominal, found, tuple(warnings))
-
-
-def _part_of(result: CompensatedTouches, first_row: int, apart: int) -> CompensatedRows:
-    import numpy as np
-
-    from pretravel.measurement import PointsSummary, points_at, variances_along_normals
-
-    some = np.arange(-first_row % apart, len(result.points), apart)
-    return CompensatedRows(
-        PointsSummary.of(result.points),
-        result.summary,
-        (points_at(result.points, some),) if len(some) else (),
-        (variances_along_normals(result.errors.at(some)),) if len(some) else (),
-    )

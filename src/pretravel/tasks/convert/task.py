@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base import DISTANCE, TIP_BALL, InputError, PretravelError
 from pretravel.task import (
-    FEED_OF_TOUCHES,
     PAGES,
     SILENT,
+    FeedOfTouches,
     Field,
+    InModes,
     OfOneTip,
     Progress,
     Result,
@@ -23,7 +24,6 @@ from pretravel.task import (
     When,
     by_name,
     output,
-    vector,
 )
 
 if TYPE_CHECKING:
@@ -40,8 +40,6 @@ if TYPE_CHECKING:
 
 _WIDTH = 80
 """Of the lines of a text. [characters]"""
-_SAME_TIP = 0.18
-"""As of a nominal and an effective diameter. [mm]"""
 
 
 def _formats() -> list[str]:
@@ -105,7 +103,6 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         Vector | None,
         Field(
             help="Origin of the work coordinates in machine coordinates, in mm, for grbl logs.",
-            parse=vector,
             metavar="X,Y,Z",
         ),
     ] = None
@@ -133,7 +130,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
             only=(_WRITTEN,),
         ),
     ] = False
-    feed: Annotated[float | None, replace(FEED_OF_TOUCHES, only=(_WRITTEN,))] = None
+    feed: Annotated[FeedOfTouches, InModes(only=(_WRITTEN,))] = None
     frame: Annotated[
         Literal["work", "machine"] | None,
         Field(
@@ -168,7 +165,9 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         machine = None if self.machine is None else read_machine(self.machine)
         tip = self.tip_diameter
         if machine is not None:
-            if tip is not None and abs(tip - machine.tip_diameter) > _SAME_TIP:
+            from pretravel.maps import same_tip
+
+            if tip is not None and not same_tip(tip, machine.tip_diameter):
                 raise PretravelError(
                     f"{self.machine} gives a tip of {machine.tip_diameter:g} mm, and {tip:g} mm is "
                     "given: one of them is wrong",

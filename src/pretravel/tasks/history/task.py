@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Annotated
 from pretravel.base import MICROMETRE, REFERENCE_DIAMETER, TIP_BALL, InputError, PretravelError
 from pretravel.task import (
     PAGES,
-    RING,
     SILENT,
     Field,
+    InModes,
     OfOneTip,
     Progress,
     Reported,
     Result,
+    Ring,
     TouchTables,
     When,
     files_meant,
@@ -123,7 +124,7 @@ class History(
             metavar="KIND",
         ),
     ] = None
-    ring: Annotated[bool, replace(RING, without=(_VERIFICATIONS,))] = False
+    ring: Annotated[Ring, InModes(without=(_VERIFICATIONS,))] = False
     limit_um: Annotated[
         float | None,
         Field(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,16 +10,17 @@ from pretravel.base import REFERENCE_DIAMETER, PretravelError
 from pretravel.task import (
     PAGES,
     SILENT,
-    START_CLEARANCE,
     Field,
+    InModes,
     Progress,
     Reported,
     Result,
     SphereCenter,
+    StartClearance,
     Vector,
     output,
 )
-from pretravel.tasks.qualify import Lengths, block_lengths
+from pretravel.tasks.qualify import Lengths
 
 if TYPE_CHECKING:
     from pretravel.maps import PretravelMap
@@ -83,7 +84,7 @@ class PlanTouches(Reported):
         ),
     ] = None
     center: SphereCenter = Vector(0, 0, 0)
-    clearance: Annotated[float, replace(START_CLEARANCE, without=("block",))] = 5.0
+    clearance: Annotated[StartClearance, InModes(without=("block",))] = 5.0
     block: Annotated[
         Lengths | None,
         Field(
@@ -91,7 +92,6 @@ class PlanTouches(Reported):
             "lengths along x, y and z before the block is turned, such as 25.4,50.8,76.2. The "
             "middle of the block is at --center, about which it is turned to 0, 90, 30 and 180 "
             "degrees.",
-            parse=block_lengths,
             metavar="L or X,Y,Z",
         ),
     ] = None

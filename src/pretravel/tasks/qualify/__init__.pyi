@@ -2,7 +2,6 @@
 
 from .picture import qualification_view as qualification_view
 from .references import Lengths as Lengths
-from .references import block_lengths as block_lengths
 from .report import qualification_document as qualification_document
 from .settings_of_kinds import SettingsOfKinds as SettingsOfKinds
 from .several_tips import CompensatedTips as CompensatedTips

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Self
 
 from pretravel.base import MICROMETRE, REFERENCE_DIAMETER, PretravelError, checked
 from pretravel.task import PAGES, Field, Progress, Result, Task
@@ -32,38 +32,38 @@ class Lengths(tuple[float, ...]):
     def __str__(self) -> str:
         return ",".join(f"{length:.12g}" for length in self)
 
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """One length of a block, or three.
 
-def block_lengths(text: str) -> Lengths:
-    """One length of a block, or three.
-
-    >>> block_lengths("25.4,50.8,76.2")
-    (25.4, 50.8, 76.2)
-    """
-    cells = text.split(",")
-    if len(cells) not in (1, 3):
-        raise PretravelError(
-            f"'{text}': a block has one length, 50.8, or three along x, y and z, 25.4,50.8,76.2"
-        )
-    lengths = (checked(cell, "a length of the block", REFERENCE_DIAMETER) for cell in cells)  # type: ignore[arg-type]  # text too
-    return Lengths(lengths)
+        >>> Lengths.parse("25.4,50.8,76.2")
+        (25.4, 50.8, 76.2)
+        """
+        cells = text.split(",")
+        if len(cells) not in (1, 3):
+            raise PretravelError(
+                f"'{text}': a block has one length, 50.8, or three along x, y and z, 25.4,50.8,76.2"
+            )
+        lengths = (checked(cell, "a length of the block", REFERENCE_DIAMETER) for cell in cells)  # type: ignore[arg-type]  # text too
+        return cls(lengths)
 
 
 class StatedReference(str):
     """A reference as it is typed: ``ring=ring:50.0003:0.3``."""
 
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Check a reference that is typed.
 
-def stated_reference(text: str) -> StatedReference:
-    """Check a reference that is typed.
-
-    >>> stated_reference("plug=pin:unknown")
-    'plug=pin:unknown'
-    """
-    if not _REFERENCE.fullmatch(text):
-        raise PretravelError(
-            f"'{text}': a reference is NAME=SHAPE:SIZE:u, for example r50=ring:50.0003:0.3 "
-            "(size in mm, its standard uncertainty u in µm) or hole=ring:unknown"
-        )
-    return StatedReference(text)
+        >>> StatedReference.parse("plug=pin:unknown")
+        'plug=pin:unknown'
+        """
+        if not _REFERENCE.fullmatch(text):
+            raise PretravelError(
+                f"'{text}': a reference is NAME=SHAPE:SIZE:u, for example r50=ring:50.0003:0.3 "
+                "(size in mm, its standard uncertainty u in µm) or hole=ring:unknown"
+            )
+        return cls(text)
 
 
 class OnReferences(Task):
@@ -94,7 +94,6 @@ class OnReferences(Task):
             "in mm). Give the calibrated distance of opposite faces (50.8), or the three "
             "distances along x, y and z with the block not turned (25.4,50.8,76.2). The column "
             "reference of the file gives the turn of the block in degrees: block@90.",
-            parse=block_lengths,
             metavar="L or X,Y,Z",
             states="a block or a reference gives its shape and size itself",
         ),
@@ -106,7 +105,6 @@ class OnReferences(Task):
             "such as r50=ring:50.0003:0.3. NAME: as in the column reference or at "
             "the beginning of the labels (r50/1); SHAPE: block, ring (bore), pin (boss) or sphere; "
             "SIZE may be unknown; u: standard uncertainty of the size. May be repeated.",
-            parse=stated_reference,
             metavar="NAME=SHAPE:SIZE:u",
             states="a block or a reference gives its shape and size itself",
         ),
@@ -191,7 +189,7 @@ def references_of(
         name, shape, size, u = match.groups()
         sizes: Sequence[float] = ()
         if size not in (None, "unknown"):
-            sizes = block_lengths(size)
+            sizes = Lengths.parse(size)
         u_size = u_usual if u is None else float(u) * MICROMETRE
         found.append(Reference(name, shape, tuple(sizes), u_size, **common))
     names = [one.name for one in found]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple, Self
 
 from pretravel.base import MICROMETRE, TIP_BALL, PretravelError, checked
-from pretravel.task import PAGES, Field, Result, Task, Vector, When, unit_vector
+from pretravel.task import PAGES, Field, Result, Task, UnitVector, When
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,7 +47,25 @@ class StatedTip(str):
         match = _TIP.fullmatch(self)
         assert match is not None  # checked where it was typed
         name, diameter, axis = match.groups()
-        return TipParts(name, float(diameter), unit_vector(axis or "0,0,1"))
+        return TipParts(name, float(diameter), UnitVector.parse(axis or "0,0,1"))
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Check a tip that is typed: its name, or with its diameter and axis.
+
+        >>> StatedTip.parse("front=4@0,1,0").parts.diameter
+        4.0
+        """
+        if text.strip() and not set("=@/") & set(text):
+            return cls(text)  # the name alone: its touches are taken
+        if not _TIP.fullmatch(text):
+            raise PretravelError(
+                f"'{text}': a tip is NAME=DIAMETER@X,Y,Z, for example front=4@0,1,0: its diameter "
+                "in mm, and the direction from the tip to its hub (0,0,1 where it is left out)"
+            )
+        found = cls(text)
+        checked(found.parts.diameter, "the tip's diameter", TIP_BALL)
+        return found
 
 
 class TipParts(NamedTuple):
@@ -55,25 +73,7 @@ class TipParts(NamedTuple):
 
     name: str
     diameter: float
-    axis: Vector
-
-
-def stated_tip(text: str) -> StatedTip:
-    """Check a tip that is typed: its name, or with its diameter and axis.
-
-    >>> stated_tip("front=4@0,1,0").parts.diameter
-    4.0
-    """
-    if text.strip() and not set("=@/") & set(text):
-        return StatedTip(text)  # the name alone: its touches are taken
-    if not _TIP.fullmatch(text):
-        raise PretravelError(
-            f"'{text}': a tip is NAME=DIAMETER@X,Y,Z, for example front=4@0,1,0: its diameter in "
-            "mm, and the direction from the tip to its hub (0,0,1 where it is left out)"
-        )
-    found = StatedTip(text)
-    checked(found.parts.diameter, "the tip's diameter", TIP_BALL)
-    return found
+    axis: UnitVector
 
 
 class OfSeveralTips(Task):
@@ -88,7 +88,6 @@ class OfSeveralTips(Task):
             "contains the names; the default direction is 0,0,1. All tips touch the same "
             "sphere, which is not moved; offsets refer to the first tip. A name alone: use "
             "only the touches of this tip.",
-            parse=stated_tip,
             states="--tip gives the diameter and axis of each tip, and all tips touch one sphere",
             without=("block", "reference"),
             metavar="NAME=D@X,Y,Z",

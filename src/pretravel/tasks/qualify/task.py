@@ -7,27 +7,23 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base import MICROMETRE, TIP_BALL, PretravelError
+from pretravel.base import DEVIATION_OF_FORM, MICROMETRE, TIP_BALL, U_OF_DIAMETER, PretravelError
 from pretravel.task import (
-    DIAMETER,
     MAPS,
     PAGES,
-    PROBE_AXIS,
-    RING,
     SILENT,
-    SPHERE_FORM,
-    U_DIAMETER,
-    U_TEMPERATURE,
     UPRIGHT,
+    Diameter,
     Field,
+    InModes,
     LaboratoryReport,
     Length,
+    ProbeAxis,
     Progress,
     Result,
+    Ring,
     TouchFilesWithFeed,
-    Vector,
     by_name,
-    length_or_none,
     output,
 )
 from pretravel.tasks.qualify.references import (
@@ -94,7 +90,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
     example = "pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
 
     diameter: Annotated[
-        float | None, replace(DIAMETER, without=("block", "reference", "unknown_size"))
+        Diameter | None, InModes(without=("block", "reference", "unknown_size"))
     ] = None
     tip_diameter: Annotated[
         float | None,
@@ -118,12 +114,38 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
             without=("prior", "block", "reference"),
         ),
     ] = "auto"
-    ring: Annotated[bool, replace(RING, without=("block", "reference", STAR))] = False
+    ring: Annotated[Ring, InModes(without=("block", "reference", STAR))] = False
     u_diameter_um: Annotated[
-        float | None, replace(U_DIAMETER, without=("prior", "unknown_size"))
+        float | None,
+        Field(
+            help="Standard uncertainty of the diameter, in µm; default: 0.2, assumed; on the "
+            "certificate U, divided by its k.",
+            range=U_OF_DIAMETER,
+            label="Standard uncertainty of the diameter",
+            hint="Half of U (k = 2) on the certificate; 0.2 µm is assumed where it is empty",
+            without=("prior", "unknown_size"),
+        ),
     ] = None
-    u_temperature: Annotated[float, replace(U_TEMPERATURE, without=("prior",))] = 0.2
-    sphere_form_um: Annotated[float, replace(SPHERE_FORM, without=("prior",))] = 0.13
+    u_temperature: Annotated[
+        float,
+        Field(
+            help="Standard uncertainty of the reference's temperature, in K.",
+            range=(0.0, 50.0),
+            unit="K",
+            label="Standard uncertainty of its temperature",
+            without=("prior",),
+        ),
+    ] = 0.2
+    sphere_form_um: Annotated[
+        float,
+        Field(
+            help="Form deviation of the reference, highest to lowest point, in µm; default: that "
+            "of a grade 5 ball (0.13).",
+            range=DEVIATION_OF_FORM,
+            label="Form deviation of the reference",
+            without=("prior",),
+        ),
+    ] = 0.13
     axial_pretravel_um: Annotated[
         Length,
         Field(
@@ -131,15 +153,12 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
             "determine; none: use the least-squares centre.",
             only=(kinds_where(lambda kind: kind.takes_axial_pretravel),),
             without=("prior",),
-            parse=length_or_none,
             metavar="UM",
             label="Pretravel along the probe's axis, assumed",
             hint="For kind harmonic: touches on a sphere do not determine it",
         ),
     ] = Length(1.0)
-    axis: Annotated[Vector, replace(PROBE_AXIS, without=("prior", "block", "reference", STAR))] = (
-        UPRIGHT
-    )
+    axis: Annotated[ProbeAxis, InModes(without=("prior", "block", "reference", STAR))] = UPRIGHT
     prior: Annotated[
         Path | None,
         Field(

@@ -19,10 +19,8 @@ from pretravel.task import (
     Result,
     TouchFilesWithFeed,
     Vector,
-    angles,
     files_meant,
     output,
-    vector,
 )
 
 if TYPE_CHECKING:
@@ -58,7 +56,6 @@ class FindAxis(TouchFilesWithFeed, Reported):
         Angles | None,
         Field(
             help="Angle of the axis in each file, in degrees: three or more.",
-            parse=angles,
             metavar="ANGLES",
         ),
     ] = None
@@ -82,7 +79,6 @@ class FindAxis(TouchFilesWithFeed, Reported):
         Vector,
         Field(
             help="Work offset: origin of the positions in machine coordinates, in mm.",
-            parse=vector,
             metavar="X,Y,Z",
         ),
     ] = Vector(0, 0, 0)

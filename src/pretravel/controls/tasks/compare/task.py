@@ -10,14 +10,14 @@ from pretravel.base import InputError, PretravelError
 from pretravel.controls.tasks.export.task import CONTROL_FORM, FormOnControl
 from pretravel.task import (
     PAGES,
-    SHOWN_QUANTITY,
     SILENT,
     Field,
+    InModes,
     ModelOfMap,
     Progress,
-    QuantityWord,
     Reported,
     Result,
+    ShownQuantity,
     existing,
     is_probe,
     output,
@@ -109,7 +109,7 @@ class Compare(Reported):
     ] = None
     form: Annotated[FormOnControl, replace(CONTROL_FORM, only=("control",))] = None
     model: ModelOfMap = "analytic"
-    quantity: Annotated[QuantityWord, replace(SHOWN_QUANTITY, only=("other",))] = "pretravel"
+    quantity: Annotated[ShownQuantity, InModes(only=("other",))] = "pretravel"
     output: Annotated[
         Path | None,
         output(

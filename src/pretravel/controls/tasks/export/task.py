@@ -10,19 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pretravel.base import ANGLE, DEGREE, FEED_OR_NONE, MICROMETRE, TIP_BALL, PretravelError
+from pretravel.controls.tasks.fields import StylusOfSubroutines, ToolOfSubroutines, refuse_no_folder
 from pretravel.task import (
     FOLDER,
     SILENT,
-    STYLUS_OF_SUBROUTINES,
-    TOOL_OF_SUBROUTINES,
     Field,
+    InModes,
     Progress,
     Result,
     Task,
     TextResult,
     Units,
     When,
-    refuse_no_folder,
 )
 
 if TYPE_CHECKING:
@@ -211,27 +210,9 @@ class Export(Task):
             hint="Empty: the usual one",
         ),
     ] = None
-    tool: Annotated[
-        int | None,
-        Field(
-            help=TOOL_OF_SUBROUTINES,
-            only=(_controls("tool"),),
-            range=(1, 99_999),
-            metavar="NUMBER",
-            label="Tool number of the probe",
-            hint="Empty: no tool length",
-        ),
-    ] = None
+    tool: Annotated[ToolOfSubroutines, InModes(only=(_controls("tool"),))] = None
     stylus_length: Annotated[
-        float | None,
-        Field(
-            help=STYLUS_OF_SUBROUTINES,
-            only=(_controls("stylus_length"),),
-            range=(1.0, 1000.0),
-            unit="mm",
-            label="Length of the stylus",
-            hint="Empty: 50 mm",
-        ),
+        StylusOfSubroutines | None, InModes(only=(_controls("stylus_length"),))
     ] = None
     units: Annotated[
         Units | None,

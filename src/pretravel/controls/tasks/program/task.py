@@ -6,34 +6,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias
 
 from pretravel.base import ANGLE, DEGREE, FEED, PretravelError
+from pretravel.controls.tasks.fields import StylusOfSubroutines, ToolOfSubroutines, refuse_no_folder
 from pretravel.task import (
     FOLDER,
     PROGRAMS,
-    REFERENCE_SPHERE,
     SILENT,
-    STYLUS_OF_SUBROUTINES,
-    TOOL_OF_SUBROUTINES,
     Angles,
     Approach,
-    Feeds,
     Field,
+    PolarAngles,
     Progress,
     Result,
+    SphereDiameter,
     Task,
     Turn,
     Vector,
     When,
-    angles,
-    feeds_list,
     is_shape,
     output,
-    polar_angles,
-    refuse_no_folder,
     surface_files,
-    vector,
+    typed_numbers,
 )
 
 if TYPE_CHECKING:
@@ -67,6 +62,23 @@ MachinePath: TypeAlias = Annotated[
 ]
 
 
+class Feeds(tuple[float, ...]):
+    """Feeds. [mm/min]"""
+
+    def __str__(self) -> str:
+        return ",".join(f"{feed:.12g}" for feed in self)
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Feeds from ``a,b,…``, in mm/min.
+
+        >>> Feeds.parse("50,200")
+        (50.0, 200.0)
+        """
+        expected = "feeds in mm/min, for example 50,200"
+        return cls(typed_numbers(text, text.count(",") + 1, expected, FEED))
+
+
 class ProgramTask(Task):
     """Settings of tasks that make a program."""
 
@@ -79,7 +91,6 @@ class ProgramTask(Task):
         Field(
             help="Measuring feeds a,b,…, in mm/min: every touch is made once at each feed; the "
             "default is the feed of the machine file.",
-            parse=feeds_list,
             metavar="FEEDS",
         ),
     ] = None
@@ -118,6 +129,26 @@ class ProgramTask(Task):
         return self.log or f"{self.output.stem.lower()}{LOG_ENDING}"
 
 
+def _rings(polar: PolarAngles | None = None, count: int | None = None) -> FloatArray:
+    """Directions of rings, the usual ones where nothing is given."""
+    from pretravel.base import ring_pattern
+
+    rings = PolarAngles.parse(_RINGS) if polar is None else polar
+    on_equator = _TOUCHES_ON_THE_EQUATOR if count is None else count
+    return ring_pattern([angle * DEGREE for angle in rings.degrees], on_equator)
+
+
+def _pattern_help() -> str:
+    """The patterns, each with the number of its touches."""
+    from pretravel.task import patterns
+
+    iso10360, iso230 = (len(patterns()[name]()) for name in ("iso10360-5", "iso230-10"))
+    return (
+        f"rings (at polar 0 to 90°, {len(_rings())} touches), iso10360-5 ({iso10360}) or iso230-10 "
+        f"({iso230} on the equator)."
+    )
+
+
 class ProgramSphere(ProgramTask):
     """Touch a reference sphere in all directions, for pretravel qualify.
 
@@ -128,22 +159,20 @@ class ProgramSphere(ProgramTask):
     example = "pretravel program sphere mill.toml --diameter 24.9987 -o sphere.ngc"
 
     machine: MachinePath
-    diameter: Annotated[float, REFERENCE_SPHERE]
+    diameter: SphereDiameter
     pattern: Annotated[
         str,
         Field(
-            help="rings (at polar 0 to 90°, 92 touches), iso10360-5 (25) or iso230-10 (36 on the "
-            "equator).",
+            help=_pattern_help,
             names=_patterns,
             metavar="PATTERN",
         ),
     ] = "rings"
     polar: Annotated[
-        Angles | None,
+        PolarAngles | None,
         Field(
             help="Polar angles of the rings, in degrees; 90 is the equator; the default is "
             f"{_RINGS}.",
-            parse=polar_angles,
             metavar="ANGLES",
             only=(_RINGS_PATTERN,),
         ),
@@ -162,7 +191,6 @@ class ProgramSphere(ProgramTask):
         Field(
             help="Centre of the sphere in work coordinates, in mm.",
             label="Centre of the sphere",
-            parse=vector,
             metavar="X,Y,Z",
         ),
     ] = Vector(0, 0, 0)
@@ -219,13 +247,10 @@ class ProgramSphere(ProgramTask):
 
     def _directions(self) -> FloatArray:
         """Directions of the pattern; polar angles and count are those of rings."""
-        from pretravel.base import ring_pattern
         from pretravel.task import patterns
 
         if self.pattern == "rings":
-            rings = polar_angles(_RINGS) if self.polar is None else self.polar
-            count = _TOUCHES_ON_THE_EQUATOR if self.count is None else self.count
-            return ring_pattern([angle * DEGREE for angle in rings.degrees], count)
+            return _rings(self.polar, self.count)
         return patterns()[self.pattern]()
 
 
@@ -254,17 +279,15 @@ class ProgramAxis(ProgramTask):
         Angles,
         Field(
             help="Angles of the axis, in degrees, in their order: three or more.",
-            parse=angles,
             metavar="ANGLES",
         ),
     ]
-    diameter: Annotated[float, REFERENCE_SPHERE]
+    diameter: SphereDiameter
     center: Annotated[
         Vector,
         Field(
             help="Centre of the sphere at the first angle, in work coordinates, in mm.",
             label="Centre of the sphere",
-            parse=vector,
             metavar="X,Y,Z",
         ),
     ]
@@ -272,7 +295,6 @@ class ProgramAxis(ProgramTask):
         Vector,
         Field(
             help="A point on the axis, in work coordinates, in mm, anywhere along the axis.",
-            parse=vector,
             metavar="X,Y,Z",
         ),
     ]
@@ -287,13 +309,12 @@ class ProgramAxis(ProgramTask):
         float, Field(help="Feed of the rotary axis, in degrees/min.", range=FEED)
     ] = 1000.0
     polar: Annotated[
-        Angles,
+        PolarAngles,
         Field(
             help="Polar angles of the rings, in degrees; 90 is the equator.",
-            parse=polar_angles,
             metavar="ANGLES",
         ),
-    ] = Angles(_RINGS_OF_AXIS)
+    ] = PolarAngles(_RINGS_OF_AXIS)
     count: Annotated[
         int,
         Field(help="Touches on the equator; other rings are as dense.", range=(1, 10_000)),
@@ -550,12 +571,8 @@ class ProgramMdi(Task):
     example = "pretravel program mdi -o subroutines"
 
     output: Annotated[Path, output("Folder for the subroutines, on SUBROUTINE_PATH.", *FOLDER)]
-    tool: Annotated[
-        int | None, Field(help=TOOL_OF_SUBROUTINES, range=(1, 99_999), metavar="NUMBER")
-    ] = None
-    stylus_length: Annotated[
-        float, Field(help=STYLUS_OF_SUBROUTINES, range=(1.0, 1000.0), unit="mm")
-    ] = 50.0
+    tool: ToolOfSubroutines = None
+    stylus_length: StylusOfSubroutines = 50.0
 
     def run(self, progress: Progress = SILENT) -> Subroutines:
         """The subroutines."""

@@ -13,6 +13,7 @@ from pretravel.task import (
     Angles,
     Azimuths,
     Field,
+    PolarAngles,
     Polars,
     ProbeName,
     Progress,
@@ -44,7 +45,7 @@ class Hysteresis(Reported):
         ),
     ] = None
     azimuth: Azimuths = Angles("0:330:30")
-    polar: Polars = Angles("90")
+    polar: Polars = PolarAngles("90")
     cycles: Annotated[
         int, Field(help="Number of touches, one after the other.", range=(1, 1000))
     ] = 3

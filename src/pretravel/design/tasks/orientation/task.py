@@ -15,12 +15,11 @@ from pretravel.task import (
     Progress,
     Reported,
     Result,
-    Vector,
+    UnitVector,
     existing,
     is_probe,
     models,
     output,
-    unit_vector,
 )
 
 if TYPE_CHECKING:
@@ -58,11 +57,10 @@ class MapInOrientation(Reported):
         ),
     ]
     axis: Annotated[
-        Vector,
+        UnitVector,
         Field(
             help="The probe's axis in the new orientation, from the tip to the head, in the "
             "machine's frame.",
-            parse=unit_vector,
             metavar="X,Y,Z",
         ),
     ]
@@ -73,13 +71,12 @@ class MapInOrientation(Reported):
         ),
     ] = 0.0
     gravity: Annotated[
-        Vector,
+        UnitVector,
         Field(
             help="Direction of the weight in the machine's frame.",
-            parse=unit_vector,
             metavar="X,Y,Z",
         ),
-    ] = Vector(0, 0, -1)
+    ] = UnitVector(0, 0, -1)
     model: Annotated[
         str, Field(help="Model of the probe's compliance.", names=models, metavar="MODEL")
     ] = "analytic"

@@ -17,6 +17,7 @@ from pretravel.task import (
     Azimuths,
     Field,
     Gravity,
+    PolarAngles,
     Polars,
     ProbeName,
     Progress,
@@ -64,7 +65,7 @@ class Predict(Reported):
         ),
     ] = "analytic"
     azimuth: Azimuths = Angles("0:355:5")
-    polar: Polars = Angles("0:90:5")
+    polar: Polars = PolarAngles("0:90:5")
     lever: Annotated[
         float | None,
         Field(

@@ -17,19 +17,19 @@ from pretravel.base import (
     limits,
 )
 from pretravel.task import (
-    CONTACT_MODEL,
-    GRAVITY,
     PAGES,
     SILENT,
-    WORKPIECE,
     Approach,
+    ContactModel,
     Field,
+    Gravity,
+    InModes,
     PlacedPart,
     Progress,
     Reported,
     Result,
-    Vector,
     When,
+    Workpiece,
     existing,
     is_map,
     is_probe,
@@ -89,7 +89,7 @@ class Simulate(PlacedPart, Reported):
         ),
     ]
     output: Annotated[Path, output("Touches: .csv; or a page, .html or .pdf.", ".csv", *PAGES)]
-    model: Annotated[str, replace(CONTACT_MODEL, without=(_A_MAP,))] = "analytic"
+    model: Annotated[ContactModel, InModes(without=(_A_MAP,))] = "analytic"
     approach: Approach = "normal"
     friction: Annotated[
         float,
@@ -130,8 +130,8 @@ class Simulate(PlacedPart, Reported):
             only=("noise_um", "machine"),
         ),
     ] = None
-    workpiece: Annotated[str, replace(WORKPIECE, without=(*WORKPIECE.without, _A_MAP))] = "steel"
-    gravity: Annotated[Vector | None, replace(GRAVITY, without=(_A_MAP,))] = None
+    workpiece: Annotated[Workpiece, InModes(without=(_A_MAP,))] = "steel"
+    gravity: Annotated[Gravity, InModes(without=(_A_MAP,))] = None
     clearance: Annotated[
         float,
         Field(

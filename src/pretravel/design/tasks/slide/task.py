@@ -20,7 +20,6 @@ from pretravel.task import (
     Workpiece,
     is_shape,
     output,
-    pair,
     surface_files,
 )
 
@@ -58,7 +57,6 @@ class Slide(Reported):
             help="Surface parameters of the first contact, in radians where they are angles.",
             label="First contact: surface parameters u,v",
             hint="In mm, or in radians where they are angles",
-            parse=pair,
             metavar="U,V",
         ),
     ]

@@ -34,7 +34,7 @@ from pretravel.base import (
 )
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.maps import PretravelMap
-from pretravel.measurement import TouchScatter, apply, apply_with_errors, point_budget
+from pretravel.measurement import TouchScatter, apply, apply_with_errors
 from pretravel.qualification import Qualification, drifted_map, spread_over_support
 from pretravel.touches import Touches
 from pretravel.uncertainty import EXPANDED_COVERAGE, coverage_factor
@@ -415,7 +415,7 @@ def _of_faces(
     )
     error = np.sum((points.positions - surface - made.center) * directions, axis=1)
     # As `compensate` states U: k of the budget, which few touches have made larger than 2.
-    k = point_budget(errors).coverage_factor()
+    k = errors.budget().coverage_factor()
     return {"points of faces": (error, points.standard_uncertainty, k)}
 
 

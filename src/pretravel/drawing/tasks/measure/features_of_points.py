@@ -18,7 +18,7 @@ from pretravel.drawing.features.measured_feature import (
 )
 from pretravel.drawing.tasks.measure.settings_of_features import BY_LABEL, StatedSettings
 from pretravel.drawing.tolerances.tolerances import InspectedFeature, inspect_feature
-from pretravel.measurement import Points, named_feature, normals_of_feature, points_at
+from pretravel.measurement import Points, named_feature, normals_of_feature
 
 if TYPE_CHECKING:
     from pretravel.drawing.tolerances.features_file import DrawnFeature
@@ -124,7 +124,7 @@ def points_at_targets(points: Points, row: DrawnFeature) -> Points:
                 f"{float(away.min()):.3g} mm away"
             )
         chosen |= set(map(int, here))
-    return points_at(points, sorted(chosen))
+    return points[sorted(chosen)]
 
 
 def _feature(label: str, points: Points, kind: str, task: StatedSettings) -> MeasuredFeature:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pretravel.measurement import MissedPoints, Points, missed_points, points_at
+from pretravel.measurement import MissedPoints, Points, missed_points
 
 
 def without_missed(
@@ -62,4 +62,4 @@ def _named(points: Points, kind: str, found: MissedPoints) -> tuple[Points, list
         question = "A miss, which ends where its move ended, or a gross error? Leave it out, if so"
         return points, [f"{said}: {named}. {question}"]
     said += f", a miss or a gross error, and left out: {named}"
-    return points_at(points, np.delete(np.arange(len(points)), found.rows)), [said]
+    return points[np.delete(np.arange(len(points)), found.rows)], [said]

@@ -14,6 +14,7 @@ from pretravel.drawing.tasks.measure.settings_of_features import (
     Criterion,
     FormCriterion,
 )
+from pretravel.drawing.tolerances.tolerance_text import ToleranceText
 from pretravel.task import (
     ANSWER,
     PAGES,
@@ -24,12 +25,9 @@ from pretravel.task import (
     Result,
     Series,
     StatedUnits,
-    ToleranceText,
+    UnitVector,
     Vector,
     output,
-    tolerance,
-    unit_vector,
-    vector,
 )
 
 if TYPE_CHECKING:
@@ -148,12 +146,11 @@ class Measure(LaboratoryReport):
         ),
     ] = False
     axis: Annotated[
-        Vector | None,
+        UnitVector | None,
         Field(
             help="Axis of a circle, bore or boss; the default is the normal of the plane of the "
             "points. Of a cylinder or cone: where the search starts.",
             hint="0,0,1; empty: across the plane of the points",
-            parse=unit_vector,
             metavar="X,Y,Z",
             without=("drawing",),
         ),
@@ -163,7 +160,6 @@ class Measure(LaboratoryReport):
         Field(
             help="Nominal position, in mm. Axes, planes and the diameter of a cone are evaluated "
             "at their point nearest to it.",
-            parse=vector,
             metavar="X,Y,Z",
             label="Nominal position",
             hint="10,20,0 in mm",
@@ -175,7 +171,6 @@ class Measure(LaboratoryReport):
         Field(
             help="Limits of the diameter, in mm (20.000..20.021, 20.. or ..20.021; with --nominal "
             "also +0.021/0 or ±0.01).",
-            parse=tolerance,
             option="--tolerance",
             metavar="LIMITS",
             label="Tolerance of the diameter",
@@ -366,7 +361,7 @@ class Measure(LaboratoryReport):
         for row in drawing.feature:
             name = row.name
             try:
-                limits = None if row.tolerance is None else tolerance(row.tolerance)
+                limits = None if row.tolerance is None else ToleranceText.parse(row.tolerance)
                 from_nominal = limits is not None and not limits.are_limits
                 if limits is not None and limits.are_limits:
                     refuse_other_nominal(row.nominal, self.limits_of(str(row.tolerance), None))
@@ -377,8 +372,8 @@ class Measure(LaboratoryReport):
                     part=None,
                     select=(row.select,) if row.select else (),
                     association=cast("Criterion", row.association or self.association),
-                    axis=None if row.axis is None else unit_vector(_typed(row.axis)),
-                    at=None if row.at is None else vector(_typed(row.at)),
+                    axis=None if row.axis is None else UnitVector.parse(_typed(row.axis)),
+                    at=None if row.at is None else Vector.parse(_typed(row.at)),
                     size_tolerance=limits,
                     nominal=row.nominal if from_nominal else None,
                     position_tolerance=row.position_tolerance,
@@ -429,7 +424,7 @@ class Measure(LaboratoryReport):
         PretravelError
             Deviations without a nominal value, or the contrary.
         """
-        stated = tolerance(text)
+        stated = ToleranceText.parse(text)
         limits = replace(
             self, drawing=None, part=None, size_tolerance=stated,
             nominal=None if stated.are_limits else nominal,

@@ -14,9 +14,9 @@ from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.inspection import InspectionPlan, InspectionRegion, plan_inspection
 from pretravel.drawing.tolerances.drawing_on_part import drawing_on_part
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature
+from pretravel.drawing.tolerances.tolerance_text import ToleranceText
 from pretravel.measurement import associate
 from pretravel.surface import Face, Part, feet_on_faces
-from pretravel.task import tolerance
 from pretravel.uncertainty import across
 
 if TYPE_CHECKING:
@@ -310,7 +310,7 @@ def _narrowest(drawing: Drawing, part: Part) -> dict[str, float]:
 
 def _width(text: str) -> float:
     """Between the limits of a tolerance; NaN where it has one alone. [mm or degrees]"""
-    limits = tolerance(text)
+    limits = ToleranceText.parse(text)
     if limits.low is None or limits.high is None:
         return math.nan
     return limits.high - limits.low

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple, Self
 
-from pretravel.base import DEGREE, DISTANCE, MICROMETRE, STEP
+from pretravel.base import DEGREE, DISTANCE, MICROMETRE, STEP, PretravelError
 from pretravel.task import (
     PAGES,
     SILENT,
     UPRIGHT,
-    Counts,
     Field,
     Pair,
     ProbeAxis,
     Progress,
     Reported,
     Result,
-    counts,
     is_shape,
     output,
-    pair,
     surface_files,
 )
 
@@ -29,6 +27,30 @@ if TYPE_CHECKING:
     from pretravel.drawing.inspection import InspectionPlan
     from pretravel.show import Document
     from pretravel.surface import Part, Surface
+
+
+class Counts(NamedTuple):
+    """Numbers of points along the parameters u and v of a face."""
+
+    along_u: int
+    along_v: int
+
+    def __str__(self) -> str:
+        return f"{self.along_u}x{self.along_v}"
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Points along u and along v, from ``10x8``.
+
+        >>> Counts.parse("10x8")
+        Counts(along_u=10, along_v=8)
+        """
+        words = text.lower().split("x")
+        if len(words) != 2 or not all(re.fullmatch(r"\s*[0-9]{1,5}\s*", word) for word in words):
+            raise PretravelError(
+                "expected the points along u and the points along v, for example 10x8"
+            )
+        return cls(int(words[0]), int(words[1]))
 
 
 class PlanTargets(Reported):
@@ -49,7 +71,7 @@ class PlanTargets(Reported):
     output: Annotated[Path, output("Targets: .csv; or a page, .html or .pdf.", ".csv", *PAGES)]
     grid: Annotated[
         Counts | None,
-        Field(help="Points along u and v of each face: 10x8.", parse=counts, metavar="NUxNV"),
+        Field(help="Points along u and v of each face: 10x8.", metavar="NUxNV"),
     ] = None
     spacing: Annotated[
         float | None, Field(help="Largest distance between neighbours, in mm.", range=STEP)
@@ -68,7 +90,6 @@ class PlanTargets(Reported):
         Field(
             help="Range of the surface parameter u.",
             label="Range of the parameter u",
-            parse=pair,
             metavar="FROM,TO",
         ),
     ] = None
@@ -77,7 +98,6 @@ class PlanTargets(Reported):
         Field(
             help="Range of the surface parameter v.",
             label="Range of the parameter v",
-            parse=pair,
             metavar="FROM,TO",
         ),
     ] = None

@@ -10,14 +10,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base import DEGREE, MICROMETRE, TIP_BALL, UNCERTAINTY, PretravelError
+from pretravel.base import (
+    DEGREE,
+    DEVIATION_OF_FORM,
+    MICROMETRE,
+    TIP_BALL,
+    U_OF_DIAMETER,
+    UNCERTAINTY,
+    PretravelError,
+)
 from pretravel.task import (
     ANSWER,
     PAGES,
-    REFERENCE_SPHERE,
     SILENT,
-    SPHERE_FORM,
-    U_DIAMETER,
     UPRIGHT,
     Angles,
     Diameter,
@@ -28,13 +33,13 @@ from pretravel.task import (
     Progress,
     Result,
     SphereCenter,
+    SphereDiameter,
     StartClearance,
     Task,
     TouchFiles,
     Turn,
     Vector,
     When,
-    angles,
     by_name,
     output,
 )
@@ -176,7 +181,6 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
             only=_uses("spindle"),
             label="Orientation of the spindle in each file",
             hint="0,180 for example, where the files do not give it",
-            parse=angles,
             metavar="ANGLES",
         ),
     ] = None
@@ -186,10 +190,10 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
     ] = False
     u_diameter_um: Annotated[
         float | None,
-        replace(
-            U_DIAMETER,
+        Field(
             help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by "
             "its k.",
+            range=U_OF_DIAMETER,
             only=_uses("u_diameter"),
             label="u of the diameter",
             hint="Half of U (k = 2) on the certificate",
@@ -197,9 +201,9 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
     ] = None
     sphere_form_um: Annotated[
         float | None,
-        replace(
-            SPHERE_FORM,
+        Field(
             help="Form error of the sphere, in µm.",
+            range=DEVIATION_OF_FORM,
             only=_uses("sphere_form"),
             label="Form error of the sphere",
         ),
@@ -465,7 +469,7 @@ class Pattern(Task):
             metavar="STANDARD",
         ),
     ]
-    diameter: Annotated[float, REFERENCE_SPHERE]
+    diameter: SphereDiameter
     output: Annotated[Path, output("Targets: .csv.", ".csv")]
     center: SphereCenter = Vector(0, 0, 0)
     tip_diameter: Annotated[

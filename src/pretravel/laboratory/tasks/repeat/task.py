@@ -21,7 +21,6 @@ from pretravel.task import (
     Units,
     files_meant,
     output,
-    stated_columns,
 )
 
 if TYPE_CHECKING:
@@ -81,7 +80,6 @@ class Repeat(Reported):
         StatedColumns | None,
         Field(
             help="Columns of a table by name or number, for x,y,z.",
-            parse=stated_columns,
             metavar="x=X,y=Y,z=Z",
         ),
     ] = None

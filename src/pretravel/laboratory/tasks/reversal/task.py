@@ -19,7 +19,6 @@ from pretravel.task import (
     Reported,
     Result,
     TouchFilesWithFeed,
-    angles,
     output,
 )
 
@@ -43,7 +42,6 @@ class Reversal(TouchFilesWithFeed, OfOneTip, Reported):
         Field(
             help="Orientation of the spindle in each file, in degrees: 0,180. Without it, a "
             "column spindle_deg gives it.",
-            parse=angles,
             metavar="ANGLES",
         ),
     ] = None

@@ -36,6 +36,7 @@ from pretravel.app import (
     work_status,
 )
 from pretravel.base import MICROMETRE
+from pretravel.laboratory.rig.moved_marks import MovedMark
 from pretravel.laboratory.tasks.rig.report import trace_view
 from pretravel.laboratory.tasks.rig.screen_work import (
     RIG_FORM,
@@ -49,7 +50,7 @@ from pretravel.laboratory.tasks.rig.screen_work import (
 from pretravel.laboratory.tasks.rig.task import CalibratedRig
 from pretravel.laboratory.tasks.separate.task import SeparatedErrors
 from pretravel.show import Document, plotly_figure
-from pretravel.task import command_line, trace_mark
+from pretravel.task import command_line
 
 RIG = Job(
     "rig",
@@ -174,7 +175,7 @@ def _trace_chooser(state: ScreenState, result: RigResult) -> None:
 
 def _show_trace(state: ScreenState, result: RigResult) -> None:
     trace, touch = result.trace(str(state.settings.get("trace", "")))
-    marks = [mark for mark in _marks(state) if trace_mark(mark).trace == trace.name]
+    marks = [mark for mark in _marks(state) if MovedMark.parse(mark).trace == trace.name]
     whole, signals, contact = trace_view(trace, touch).charts
     note("Drag r0, r1, r2 or r3 to where you see it, or type its place below the picture.")
     figure = plotly_figure(contact) | {"config": _MOVABLE}
@@ -217,7 +218,9 @@ def _set_mark(state: ScreenState, trace: str, event: str, place: float) -> None:
 
 
 def _without_marks(state: ScreenState, trace: str) -> None:
-    state.settings["mark"] = [mark for mark in _marks(state) if trace_mark(mark).trace != trace]
+    state.settings["mark"] = [
+        mark for mark in _marks(state) if MovedMark.parse(mark).trace != trace
+    ]
 
 
 def _exclude(state: ScreenState, trace: str, leave_out: bool) -> None:

@@ -11,11 +11,11 @@ import numpy as np
 from pretravel.app import Inputs, ShownResult, TaskForm, laboratory_file, with_file_names
 from pretravel.base import temporary_folder
 from pretravel.laboratory.rig.marks import MARKS
+from pretravel.laboratory.rig.moved_marks import MovedMark
 from pretravel.laboratory.rig.trace import RigTouch, RigTrace
 from pretravel.laboratory.tasks.rig.task import FOREIGN_BUDGET, CalibratedRig, Rig
 from pretravel.laboratory.tasks.separate.task import Separate, SeparatedErrors
 from pretravel.show import Document
-from pretravel.task import MovedMark, trace_mark
 
 RIG_FORM = TaskForm(Rig, without=("tip_diameter",))
 """The diameter of the tip is for a map, which the screen does not write."""
@@ -60,7 +60,7 @@ def calibrate_rig_traces(inputs: Inputs) -> RigResult:
     given = RIG_FORM.given(inputs.settings)
     # Of traces that were taken away again nothing counts.
     given["exclude"] = [name for name in given.get("exclude", ()) if name in names]
-    given["mark"] = [mark for mark in given.get("mark", ()) if trace_mark(mark).trace in names]
+    given["mark"] = [mark for mark in given.get("mark", ()) if MovedMark.parse(mark).trace in names]
     with temporary_folder() as folder:
         lab = laboratory_file(inputs.settings, folder)
         task = Rig(traces=tuple(paths), budget=budget, lab=lab, **given)
@@ -80,7 +80,7 @@ def moved_marks(marks: Sequence[str], trace: str, event: str, place: float) -> l
     >>> moved_marks(["rig_000_1:r0=1.25", "rig_000_1:r1=1.5"], "rig_000_1", "r0", 1.75)
     ['rig_000_1:r1=1.5', 'rig_000_1:r0=1.75']
     """
-    others = [mark for mark in marks if trace_mark(mark)[:2] != (trace, event)]
+    others = [mark for mark in marks if MovedMark.parse(mark)[:2] != (trace, event)]
     return [*others, str(MovedMark(trace, event, place))]
 
 

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base import TIP_BALL, InputError, PretravelError
+from pretravel.laboratory.rig.moved_marks import MovedMark
 from pretravel.task import (
     MAPS,
     PAGES,
     SILENT,
     Field,
     LaboratoryReport,
-    MovedMark,
     Pair,
     Progress,
     Result,
@@ -23,8 +23,6 @@ from pretravel.task import (
     existing,
     is_probe,
     output,
-    pair,
-    trace_mark,
 )
 
 if TYPE_CHECKING:
@@ -144,7 +142,6 @@ class Rig(LaboratoryReport):
             "uncertainty of the guide's tilt over the pretravel, in µrad: a line of the budget.",
             label="Abbé offset and tilt",
             hint="10,2",
-            parse=pair,
             metavar="MM,URAD",
         ),
     ] = None
@@ -180,7 +177,6 @@ class Rig(LaboratoryReport):
             help="The ruler's position at an event, in mm, where you see the event in the trace "
             "(r0 first contact, r1 trigger, r2 stop, r3 loss of contact). The uncertainty of a "
             "moved r0, r1 or r3 covers the old position too. May be repeated.",
-            parse=trace_mark,
             metavar="TRACE:r0=MM",
         ),
     ] = ()

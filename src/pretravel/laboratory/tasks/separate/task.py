@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from pretravel.base import MICROMETRE, NOISE, TIP_BALL, PretravelError
 from pretravel.task import (
@@ -14,16 +14,14 @@ from pretravel.task import (
     UPRIGHT,
     Angles,
     Field,
-    Indices,
     LaboratoryReport,
     ProbeAxis,
     Progress,
     Result,
     Task,
-    angles,
     files_meant,
-    indices,
     output,
+    typed_numbers,
 )
 
 if TYPE_CHECKING:
@@ -40,6 +38,29 @@ _REPEATS = 10
 """Where their number is not given."""
 _ASSUMED = f"the number of repeats, {_REPEATS}, is assumed; give yours (--repeat-count)"
 _NO_TIP = "a map needs the diameter of the tip, in mm"
+
+
+class Indices(NamedTuple):
+    """The index of a machine and that of a probe direction."""
+
+    machine: int
+    probe: int
+
+    def __str__(self) -> str:
+        return f"{self.machine},{self.probe}"
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Two whole numbers from ``machine,probe``.
+
+        >>> Indices.parse("1,2")
+        Indices(machine=1, probe=2)
+        """
+        expected = "two whole numbers, for example 1,1"
+        first, second = typed_numbers(text.replace(":", ","), 2, expected)
+        if first != round(first) or second != round(second):
+            raise PretravelError(f"expected {expected}")
+        return cls(int(first), int(second))
 
 
 class Separate(LaboratoryReport):
@@ -69,7 +90,6 @@ class Separate(LaboratoryReport):
         Field(
             help="Orientation of the probe in each file, in degrees, where the touches do not "
             "give it: 0:345:15.",
-            parse=angles,
             metavar="ANGLES",
             label="Orientation of the probe in each file",
             hint="0:345:15 in °",
@@ -92,7 +112,6 @@ class Separate(LaboratoryReport):
             label="Indices of the repeated pair",
             only=("repeat_variance",),
             hint="Machine and probe: 1,1",
-            parse=indices,
             metavar=_PAIR,
         ),
     ] = None
@@ -132,7 +151,6 @@ class Separate(LaboratoryReport):
             help="Print the variance of this pair too.",
             label="Pairs whose variance is shown too",
             hint="1,1 2,5",
-            parse=indices,
             metavar=_PAIR,
         ),
     ] = ()
@@ -142,7 +160,6 @@ class Separate(LaboratoryReport):
             help="Leave the readings of this pair out; may be repeated.",
             label="Pairs whose readings are left out",
             hint="1,1 2,5",
-            parse=indices,
             metavar=_PAIR,
         ),
     ] = ()

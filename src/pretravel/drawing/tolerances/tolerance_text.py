@@ -1,0 +1,68 @@
+"""Tolerances as they are typed: limits, or deviations from a nominal size."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple, Self
+
+from pretravel.base import PretravelError
+
+_NUMBER = r"[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?"
+
+
+class ToleranceText(NamedTuple):
+    """Limits, or deviations from a nominal size, in mm; None: there is no such limit."""
+
+    low: float | None
+    high: float | None
+    are_limits: bool
+
+    def __str__(self) -> str:
+        """As it can be typed."""
+        if self.are_limits:
+            ends = ("" if end is None else f"{end:.12g}" for end in (self.low, self.high))
+            return "..".join(ends)
+        return f"{self.high:+.12g}/{self.low:+.12g}"
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Limits ``20.000..20.021`` or ``20..``, or deviations ``+0.021/0`` or ``±0.01``.
+
+        >>> ToleranceText.parse("20..20.021")
+        ToleranceText(low=20.0, high=20.021, are_limits=True)
+        >>> ToleranceText.parse("+0.021/0")
+        ToleranceText(low=0.0, high=0.021, are_limits=False)
+        >>> str(ToleranceText.parse("+0.021/0")), str(ToleranceText.parse("20..20.021"))
+        ('+0.021/+0', '20..20.021')
+        >>> str(ToleranceText.parse("0..")), str(ToleranceText.parse("..20.021"))
+        ('0..', '..20.021')
+        >>> ToleranceText.parse("±0.01")
+        ToleranceText(low=-0.01, high=0.01, are_limits=False)
+        >>> str(ToleranceText.parse("19,99..20,02"))  # a decimal comma means nothing else here
+        '19.99..20.02'
+        """
+        tight = re.sub(r"(?<=\d),(?=\d)", ".", text.replace(" ", "").replace("−", "-"))
+        if both := re.fullmatch(rf"(?:±|\+-|\+/-)({_NUMBER})", tight):
+            half = abs(float(both[1]))
+            return cls._nonempty(-half, half, False)
+        if limits := re.fullmatch(rf"({_NUMBER})?\.\.({_NUMBER})?", tight):
+            low, high = (None if limit is None else float(limit) for limit in limits.groups())
+            if low is not None and high is not None:
+                return cls._nonempty(low, high, True)
+            only = high if low is None else low
+            if only is not None and math.isfinite(only):
+                return cls(low, high, True)
+        if parts := re.fullmatch(rf"({_NUMBER})/({_NUMBER})", tight):
+            return cls._nonempty(float(parts[2]), float(parts[1]), False)
+        raise PretravelError(
+            "expected limits as 20.000..20.021, one limit as 20.. or ..20.021, or with a "
+            "nominal size the upper and lower deviation as +0.021/0 or ±0.01, in mm"
+        )
+
+    @classmethod
+    def _nonempty(cls, low: float, high: float, are_limits: bool) -> Self:
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            first = "the lower limit" if are_limits else "the upper deviation"
+            raise PretravelError(f"this tolerance is empty; {first} comes first")
+        return cls(low, high, are_limits)
