@@ -225,7 +225,7 @@ class TestMeasuringMachines:
         assert check.figures[0].value == forms[2] > 1.5 * UM
         assert check.figures[1].value == pytest.approx(-4.0 * UM, rel=1e-6)
         assert (
-            "there are 3 runs of 25 touches: the largest value of each figure is reported"
+            "there are 3 runs of 25 touches: the largest of each test value is reported"
             in check.notes
         )
 

@@ -150,8 +150,7 @@ def check_iso10360_5(
     figures, notes = [form], [reading]
     if len(fits) > 1:
         notes.append(
-            f"there are {len(fits)} runs of 25 touches: the largest value of each figure is "
-            "reported"
+            f"there are {len(fits)} runs of 25 touches: the largest of each test value is reported"
         )
     if tip_diameter is not None or pretravel_map is not None:
         figures.append(_size_figure(fits, sphere, given.get("size")))
