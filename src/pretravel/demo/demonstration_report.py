@@ -53,8 +53,9 @@ DEMONSTRATION_FILES = (
 _SPHERE_TEXT = (
     "All numbers are root mean squares in µm. A single touch has a repeatability of {noise} µm.",
     (
-        "Fitted: errors on the sphere at the touches that the map was made from. Left out: errors "
-        "on the sphere in directions that were left out of the fit, a fifth of them at a time. "
+        "Fitted: errors at the single touches on the sphere that the map was made from. Left out: "
+        "errors at single touches in directions that were left out of the fit, a fifth of the "
+        "directions at a time. "
         "Sector table: ten radii, two for normals near X and Y and eight at angles between them. "
         "Its fit needs touches in all sectors: there are too few on the sphere to leave any out. "
         "One radius for all: the map of the kind mean, fitted to all touches on the sphere."

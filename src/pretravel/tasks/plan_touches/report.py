@@ -47,9 +47,9 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
     noise = plan.prior.pretravel_map.repeatability / MICROMETRE
     return Document(
         title=title,
-        verdict=f"{len(plan.directions)} touches bring u of the map from "
-        f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm, "
-        "without the error of the centre, which shifts all points alike",
+        verdict=f"{len(plan.directions)} touches reduce u of the map from "
+        f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm "
+        "(without the error of the centre, which shifts all points alike)",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
                       remark="when it was made; rms over the directions for which the map is "
