@@ -283,7 +283,7 @@ class TestPattern:
         direction: cos = cos² 67.5° + sin² 67.5° cos 22.5°."""
         n = N.copy()
         n[13:17] = n[13:17] @ probe_rotation((0.0, 0.0, 1.0), math.radians(22.5)).T
-        with pytest.raises(PretravelError, match=r"is 21° from .* in either reading"):
+        with pytest.raises(PretravelError, match=r"is 21° from .* in both of its forms"):
             check_iso10360_5(_touches(n), SPHERE)
 
     @pytest.mark.parametrize(("off", "refused"), [(9.9, False), (10.1, True)])
