@@ -36,7 +36,7 @@ def environment(**variables: str) -> dict[str, str]:
     """The environment, with the command pretravel of this Python on the path, and variables."""
     folders = (os.environ.get("FIRST_ON_PATH"), str(Path(sys.executable).parent))
     path = os.pathsep.join([*filter(None, folders), os.environ["PATH"]])
-    return dict(os.environ, PATH=path, EXAMPLES=str(SIMULATOR)) | variables
+    return dict(os.environ, PATH=path, SIMULATOR=str(SIMULATOR)) | variables
 
 
 def simulated(

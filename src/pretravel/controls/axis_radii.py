@@ -171,7 +171,10 @@ def _radii(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFil
     sentences = axis_radii(pretravel_map, settings.travel)["what_to_type"]
     return ExportedFiles(
         {"": axis_radii_text(pretravel_map, settings.travel)},
-        remarks=tuple(f"{screen}: {sentence}" for screen, sentence in sentences.items()),
+        remarks=(
+            "What to type into screens of LinuxCNC:",
+            *(f"{screen}: {sentence}" for screen, sentence in sentences.items()),
+        ),
     )
 
 

@@ -53,22 +53,23 @@ DEMONSTRATION_FILES = (
 _SPHERE_TEXT = (
     "All numbers are root mean squares in µm. A single touch has a repeatability of {noise} µm.",
     (
-        "Fitted: errors on the sphere at the touches that the map was made from. Left out: errors "
-        "on the sphere in directions that were left out of the fit, a fifth of them at a time. A "
-        "sector table (eight radii and the two axis radii of other tables) needs touches in all "
-        "its sectors: those on the sphere are too few to leave any out. One radius for all: the "
-        "map of the kind mean, fitted to all touches on the sphere."
+        "Fitted: errors at the single touches on the sphere that the map was made from. Left out: "
+        "errors at single touches in directions that were left out of the fit, a fifth of the "
+        "directions at a time. "
+        "Sector table: ten radii, two for normals near X and Y and eight at angles between them. "
+        "Its fit needs touches in all sectors: there are too few on the sphere to leave any out. "
+        "One radius for all: the map of the kind mean, fitted to all touches on the sphere."
     ),
     (
         "On the part: difference from the physical map at the part's 140 points, without the shift "
-        "of the whole part, which cancels in distances. The section on simpler corrections has the "
-        "differences with this shift, which are larger. The uncertainty of the physical map itself "
-        "is in u_um of part_points.csv."
+        "of the whole part, because a shift cancels in distances. In the section on simpler "
+        "corrections the differences contain this shift and are larger. u_um in part_points.csv "
+        "contains the uncertainty of the physical map."
     ),
     (
-        "On the sphere, the errors with the tip radius alone contain the mean pretravel. The "
-        "normals of the part point mainly upwards: there most of it is a shift of the whole part, "
-        "which is left out."
+        "With the tip radius alone, the errors on the sphere contain the mean pretravel. The "
+        "normals of the part point mainly upwards: the mean pretravel shifts the whole part, and "
+        "this shift is left out."
     ),
 )
 _RING_TEXT = (

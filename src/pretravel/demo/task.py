@@ -131,8 +131,8 @@ class Demonstration(Result):
         """Where the page is."""
         return (
             f"\nLook at {(self.task.output / 'index.html').resolve()}\n"
-            "(map.json, part_points.csv and the pictures are next to it; the data are in "
-            f"{self.task.folder.resolve()})"
+            "(map.json, part_points.csv and the pictures are next to it; $EXAMPLES, the folder of "
+            f"the example data, is {self.task.folder.resolve()})"
         )
 
     def document(self) -> Document:

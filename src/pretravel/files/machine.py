@@ -75,7 +75,7 @@ class Machine:
     tip_diameter, stem_diameter : float
         Diameters of the ball, and of the stylus above it. [mm]
     stylus_length : float
-        Length from the ball's centre up to the body of the probe. [mm]
+        Length from the tip's centre up to the body of the probe. [mm]
     body_diameter : float
         Diameter of the probe above the stylus. [mm]
     measuring_feed, positioning_feed : float
@@ -88,7 +88,7 @@ class Machine:
     safe_height : float
         Height of the tip's centre at which the tip may travel anywhere, work coordinates. [mm]
     start_distance : float
-        Distance from the ball to the surface at the start of a touch. [mm]
+        Distance from the tip to the surface at the start of a touch. [mm]
     overtravel : float
         Travel beyond the nominal surface before a touch counts as missed. [mm]
     clearance : float

@@ -265,10 +265,10 @@ def _refuse_diameters(
     if not SMALLEST_PRETRAVEL <= pretravel <= largest:
         raise PretravelError(
             f"{source}the touches lie on a {setup.reference} of diameter {2 * fitted_radius:.4f} "
-            f"mm, which means a mean pretravel of {pretravel / MICROMETRE:.1f} µm; probes deflect "
-            f"by 1 to 80, and {SMALLEST_PRETRAVEL / MICROMETRE:.0f} to {largest / MICROMETRE:.0f} "
-            "µm is accepted (more with a column feed_mm_min, for the delay travel): "
-            + _likely_mistake(fitted_radius, implied, tip, setup),
+            f"mm, which means a mean pretravel of {pretravel / MICROMETRE:.1f} µm. But "
+            f"probes deflect by 1 to 80 µm; {SMALLEST_PRETRAVEL / MICROMETRE:.0f} to "
+            f"{largest / MICROMETRE:.0f} µm is accepted (more with a column feed_mm_min, for the "
+            "delay travel). " + _likely_mistake(fitted_radius, implied, tip, setup),
             inputs=("diameter", "tip_diameter"),
         )
 
@@ -337,15 +337,15 @@ def _likely_mistake(
     sign = -1.0 if setup.ring else 1.0
     if abs(implied) < _WRONG_RADIUS:
         return (
-            "the positions look like surface points, already compensated by the tip radius; "
+            "The positions look like surface points, already compensated by the tip radius; "
             "tip-centre positions are needed"
         )
     if abs(implied - 2.0 * tip) < _WRONG_RADIUS:
-        return "was the tip's radius given as its diameter?"
+        return "Was the tip's radius given as its diameter?"
     if abs(fitted_radius - sign * tip - setup.diameter) < _WRONG_RADIUS:
-        return f"was the {setup.reference}'s radius given as its diameter?"
+        return f"Was the {setup.reference}'s radius given as its diameter?"
     return (
-        f"check the diameter of the {setup.reference} ({setup.diameter:.4f}) and that of the tip "
-        f"({2 * tip:.4f}): with this tip the {setup.reference} would measure "
+        f"Check the diameter of the {setup.reference} ({setup.diameter:.4f} mm) and that of the "
+        f"tip ({2 * tip:.4f} mm). With this tip the {setup.reference} would measure "
         f"{2 * (fitted_radius - sign * tip):.4f} mm"
     )

@@ -124,8 +124,8 @@ def refuse_own_touches(touches: Touches, pretravel_map: PretravelMap) -> None:
     found, compared = touches_that_made(touches, pretravel_map.provenance.touch_digests)
     if found > _ALL * compared:
         raise StaleTouchesError(
-            f"nothing was tested: {_words(found, compared, len(touches))}, and on its own touches "
-            "a map shows no change. Touch the reference again"
+            f"nothing was tested: {_words(found, compared, len(touches))}. A map always agrees "
+            "with its own touches. Touch the reference again"
         )
 
 

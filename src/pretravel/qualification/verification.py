@@ -169,7 +169,7 @@ def verify(
     tests = changes_of(compared.kept, false_alarm_rate)
     gross = compared.gross
     with_gross = changes_of(compared.all, false_alarm_rate).changed if gross else tests.changed
-    consequence = "on its own touches a map shows no change. Touch the reference again"
+    consequence = "a map always agrees with its own touches. Touch the reference again"
     warnings = compared.feed_warnings
     warnings += tuple(own_touches_warnings(touches, pretravel_map, consequence))
     warnings += compared.machine_warnings

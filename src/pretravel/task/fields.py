@@ -406,7 +406,7 @@ FileFormatName: TypeAlias = Annotated[
 Series: TypeAlias = Annotated[
     tuple[str, ...],
     Field(
-        help="Use only the touches of this part, set, pass or orientation (columns part, pass, "
+        help="Use only the touches of this part, pass or orientation (columns part, pass, "
         "orientation of the file). May be repeated. all: the touches of all parts and passes are "
         "one series.",
         metavar="NAME",

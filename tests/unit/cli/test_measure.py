@@ -109,7 +109,7 @@ def test_labels_that_are_numbers(tmp_path: Path) -> None:
     assert float(found["value"]) == pytest.approx(DIAMETERS["bore1"], abs=1e-7)
     assert "10..20, 11 points" in run("measure", path, "--feature", "bore", "--select", "10..20")
     told = run("measure", path, "--feature", "bore", code=2)
-    assert "All 21 points of the file were taken" in told
+    assert "All 21 points of the file were used" in told
     assert "--select" in told
 
 

@@ -23,7 +23,7 @@ def test_plan_touch_and_update(tmp_path: Path) -> None:
     targets = tmp_path / "targets.csv"
     text = run("plan-touches", "--map", tmp_path / "old.json", "--count", 7, "--normals", PART,
                "-o", targets, "--plot", tmp_path / "plan.png")  # fmt: skip
-    assert "7 touches bring u of the map from" in text
+    assert "7 touches reduce u of the map from" in text
     assert coloured_share(tmp_path / "plan.png") > 0.001
     normals = read_targets(targets).normals
     assert len(normals) == 7

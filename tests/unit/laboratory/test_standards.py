@@ -225,7 +225,7 @@ class TestMeasuringMachines:
         assert check.figures[0].value == forms[2] > 1.5 * UM
         assert check.figures[1].value == pytest.approx(-4.0 * UM, rel=1e-6)
         assert (
-            "there are 3 runs of 25 touches: the largest value of each figure is reported"
+            "there are 3 runs of 25 touches: the largest of each test value is reported"
             in check.notes
         )
 
@@ -283,7 +283,7 @@ class TestPattern:
         direction: cos = cos² 67.5° + sin² 67.5° cos 22.5°."""
         n = N.copy()
         n[13:17] = n[13:17] @ probe_rotation((0.0, 0.0, 1.0), math.radians(22.5)).T
-        with pytest.raises(PretravelError, match=r"is 21° from .* in either reading"):
+        with pytest.raises(PretravelError, match=r"is 21° from .* in both of its forms"):
             check_iso10360_5(_touches(n), SPHERE)
 
     @pytest.mark.parametrize(("off", "refused"), [(9.9, False), (10.1, True)])

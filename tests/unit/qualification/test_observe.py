@@ -233,7 +233,7 @@ def test_a_likely_mistake_is_named_to_a_tenth_of_a_millimetre(
     if abs(off) < 0.1:
         assert words in told
         return
-    assert "check the diameter" in told
+    assert "Check the diameter" in told
     name, size = ("ring", radius + 3.0) if ring else ("sphere", radius - 3.0)
     assert f"the {name} would measure {2.0 * size:.4f} mm" in told
 

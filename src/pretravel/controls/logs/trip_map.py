@@ -86,7 +86,7 @@ class TripMap:
         trip, own = (self.lobes(values) for values in (self.trip, self.hysteresis))
         apart = math.remainder(own[1] - trip[1], 2.0 * math.pi / _LOBES) / DEGREE
         return (
-            f"trip less un-trip (hysteresis) {found.min():.1f} to {found.max():.1f} µm, mean "
+            f"trip minus un-trip (hysteresis) {found.min():.1f} to {found.max():.1f} µm, mean "
             f"{found.mean():.1f} µm; its three lobes of {own[0] / MICROMETRE:.1f} µm are "
             f"{abs(apart):.0f}° from those of the trip ({trip[0] / MICROMETRE:.1f} µm)"
         )

@@ -202,9 +202,9 @@ class FormOfPart:
         if self.alike:
             shape = "lobes" if self.alike[0].endswith("lobes") else self.alike[0]
             found.append(
-                f"{touches} touches do not tell {shape} from roughness: U takes the "
-                f"residuals as roughness, and may be several times too large. Touch {self.telling} "
-                "or more places"
+                f"{touches} touches cannot distinguish {shape} from roughness. U treats the "
+                "residuals as roughness, and may be several times too large. Touch "
+                f"{self.telling} or more places"
             )
         if self.by_prior:
             found.append(

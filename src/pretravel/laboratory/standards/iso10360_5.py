@@ -150,8 +150,7 @@ def check_iso10360_5(
     figures, notes = [form], [reading]
     if len(fits) > 1:
         notes.append(
-            f"there are {len(fits)} runs of 25 touches: the largest value of each figure is "
-            "reported"
+            f"there are {len(fits)} runs of 25 touches: the largest of each test value is reported"
         )
     if tip_diameter is not None or pretravel_map is not None:
         figures.append(_size_figure(fits, sphere, given.get("size")))
@@ -224,7 +223,7 @@ def _runs(touches: Touches, axis: npt.ArrayLike) -> tuple[list[IntArray], str]:
         row = int(np.argmax(found.off))
         raise PretravelError(
             f"the normal of {touches.where(row)} is {found.worst / DEGREE:.0f}° from the nearest "
-            f"direction of the pattern, in either reading of it; {PATTERN_TOLERANCE / DEGREE:.0f}° "
+            f"direction of the pattern, in both of its forms; {PATTERN_TOLERANCE / DEGREE:.0f}° "
             "is allowed. Either these are not the 25 points of the test, or the given axis is not "
             "the probe's axis",
             inputs=("axis",),

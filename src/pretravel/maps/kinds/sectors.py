@@ -103,6 +103,6 @@ def _sector_values(observation: Observation, centred: FloatArray) -> FloatArray:
         )
         raise PretravelError(
             f"no touch near the equator (polar 60° or more) falls into sector {empty}. A sector "
-            "table needs touches at every 30° of azimuth; the kinds mean and harmonic do not"
+            "table needs touches at every 30° of azimuth; the kinds mean and harmonic need fewer"
         )
     return np.asarray(share.T @ centred[near] / weight)

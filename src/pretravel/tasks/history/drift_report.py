@@ -218,8 +218,9 @@ def _last_day_words(drift: DriftOverTime) -> str:
     value = value_text(changed.values[-1], changed.unit, Digits(2, signed=True))
     u = value_text(changed.u[-1], changed.unit, decimals(2))
     return (
-        f", but on the last day {changed.name} is {value} (u = {u}), which changes the map by more "
-        f"than {value_text(drift.limit / MICROMETRE, 'µm')}: VERIFY AGAIN, and qualify if it stays"
+        f", but on the last day {changed.name} is {value} (u = {u}), and the change of the map is "
+        f"more than {value_text(drift.limit / MICROMETRE, 'µm')}: VERIFY AGAIN, and qualify if the "
+        "change remains"
     )
 
 

@@ -47,14 +47,14 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
     noise = plan.prior.pretravel_map.repeatability / MICROMETRE
     return Document(
         title=title,
-        verdict=f"{len(plan.directions)} touches bring u of the map from "
-        f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm, "
-        "without the error of the centre, which shifts all points alike",
+        verdict=f"{len(plan.directions)} touches reduce u of the map from "
+        f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm "
+        "(without the error of the centre, which shifts all points alike)",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
                       remark="when it was made; rms over the directions for which the map is "
-                      "needed, evenly spread unless given; those of qualify lie closer at the edge "
-                      "of the map"),
+                      "needed, by default evenly spread directions. qualify prints an rms over "
+                      "more directions at the edge of the map"),
             KeyFigure("u today", _rms(plan.u_before), "µm",
                       remark="after the usual drift"),
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",
@@ -76,12 +76,12 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
 
 def _of_update(plan: TouchPlan) -> str:
     """What u contains that a qualification with the old map says."""
-    shown = "rms over the whole map: about the value that qualify will print for it"
+    shown = "rms as qualify will print it, about"
     if not plan.prior.from_center:
         return shown
     return (
-        f"{shown}. Unlike those above, it contains the error of the centre that these touches "
-        "determine: a shift of all points alike, which cancels in distances"
+        f"{shown}. This u contains the error of the centre, the others do not: an error of the "
+        "centre shifts all points alike and cancels in distances"
     )
 
 

@@ -242,11 +242,11 @@ def _scores_table(scores: Sequence[KindScore]) -> Table:
             ),
         ),
         title="Directions that were left out of the fit of each kind:",
-        explanation="Left-out rms: error of the map at the mean touch in each left-out direction, "
-        "with the scatter of this touch; ± is its standard error. (error/u)²: mean over these "
-        "directions, 1 where u is right. Score: mean of ln(u/µm) + (error/u)²/2; smaller is "
-        "better. Weight: share in the averaged map, for which the left-out touches are most "
-        "probable.",
+        explanation="Left-out rms: rms difference of the map from the mean of the touches in each "
+        "left-out direction, which also contains the scatter of these touches; ± is its standard "
+        "error. (error/u)²: mean over these directions, 1 where u is right. Score: mean of "
+        "ln(u/µm) + (error/u)²/2; smaller is better. Weight: share of the kind in the averaged "
+        "map; with these weights the left-out touches are most probable.",
         detail=True,
     )
 

@@ -113,8 +113,8 @@ def _of_centers(result: MapUpdate) -> str:
         for one in (result.pretravel_map, result.prior_map)
     )
     return (
-        "; both contain the error of the centre that was found with the touches of each, which "
-        f"shifts all points alike: without it {new} and {old} µm"
+        "; both contain the error of the centre, which shifts all points alike; without this error "
+        f"{new} and {old} µm"
     )
 
 

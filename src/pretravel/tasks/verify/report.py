@@ -120,7 +120,7 @@ _NOT_SEPARATED = 2.0
 _FEWER = 0.95
 """Share of the degrees of freedom below which a report gives the reason."""
 _TESTS = 3
-"""They share the rate of false alarms."""
+"""They share the rate of false alarms: each has a third of it, as the report says."""
 _UNTIL_THEN = "; do not use it until the cause is found"
 _NOTES = (
     (
@@ -135,7 +135,7 @@ def _cause_figures(result: Verification) -> tuple[KeyFigure, ...]:
     if not result.causes:
         return ()
     named = [cause for cause in result.causes if cause.probability >= MENTIONED]
-    texts = [f"{cause_text(cause)} (probability {cause.probability:.2f})" for cause in named]
+    texts = [f"{cause_text(cause)}, with probability {cause.probability:.2f}" for cause in named]
     return (KeyFigure("likely cause", "; or ".join(texts)),)
 
 
@@ -166,7 +166,7 @@ def cause_text(cause: LikelyCause) -> str:
         ),
         Cause.TIP_SIZE: lambda: (
             f"tip {'larger' if more else 'smaller'} by {amount(0.5 * MICROMETRE, 'µm', 1)} in "
-            "diameter (or a wrong diameter of the reference, or a changed delay)"
+            "diameter, or a wrong diameter of the reference, or a changed delay"
         ),
         Cause.LOOSE: lambda: f"loose stylus or tip: scatter times {amount(1.0, '', 1)}",
         Cause.SOFT_SIDE: lambda: (
@@ -227,9 +227,9 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
         "p of each test",
         f"size, amplitude, turn {p_value(result.p_form)}; all directions {p_value(result.p_map)}; "
         f"repeatability {p_value(result.p_repeatability)}",
-        remark="probability of differences at least as large if nothing has changed; below "
-        f"{result.false_alarm_rate / _TESTS:.2g} (the false-alarm rate, shared by {_TESTS} tests, "
-        "whether made or not) the probe is reported as changed",
+        remark="probability of differences at least as large if nothing has changed. The probe is "
+        f"reported as changed if one p is below {result.false_alarm_rate / _TESTS:.2g}, a third "
+        "of the false-alarm rate",
         detail=True,
     )
     if math.isnan(result.repeatability):

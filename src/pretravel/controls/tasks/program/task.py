@@ -257,10 +257,10 @@ class ProgramSphere(ProgramTask):
 class ProgramAxis(ProgramTask):
     """Touch a reference sphere at several angles of a rotary axis, for pretravel axis.
 
-    Give the centre of the sphere at the first angle and a point on the axis roughly: at each angle
-    the sphere must be within clearance_mm (machine file) of where it is expected, and an error of
-    the point on the axis shifts it by up to twice this error. The axis turns while the tip is at
-    the safe height. The same directions are touched at each angle; labels of the log begin with
+    Give the centre of the sphere at the first angle and a point on the axis. At each angle the
+    sphere must be within clearance_mm (machine file) of its computed place; an error of the point
+    on the axis shifts this place by up to twice the error. The axis turns while the tip is at the
+    safe height. The same directions are touched at each angle; labels of the log begin with
     the angle. Switch off tool centre point control, which moves X, Y and Z with the axis: M429 in
     LinuxCNC's sample of xyzac-trt-kins.
     """
@@ -301,8 +301,8 @@ class ProgramAxis(ProgramTask):
     sense: Annotated[
         Literal["against", "with"],
         Field(
-            help="Sense in which the sphere turns for a growing angle, against the right-hand rule "
-            "about the machine's axis (as on a table) or with it.",
+            help="Sense in which the sphere turns when the angle increases: against the right-hand "
+            "rule about the machine's axis (as on a table), or with the rule.",
         ),
     ] = "against"
     turning_feed: Annotated[

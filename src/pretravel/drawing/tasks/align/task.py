@@ -40,7 +40,7 @@ _MORE = "--verbose or -o report.html"
 class Align(TouchFilesWithFeed, OfOneTip, Reported):
     """Determine where a part lies in the machine, from touches on its faces.
 
-    Touches need no normals: they follow from the faces, and the pretravel from the map at these
+    Touches need no normals: the faces give the normals, the map gives the pretravel at these
     normals. Without --map the tip radius alone is subtracted. With neither --start nor --plan all
     placements are searched.
     """

@@ -183,8 +183,8 @@ def _with_choice(error: PretravelError, count: int) -> PretravelError:
     if not (isinstance(error, ConvergenceError) or error.inputs == ("axis",)):
         return error
     return PretravelError(
-        f"{error}. All {count} points of the file were taken: choose those of one feature by "
-        "their labels, if there are others",
+        f"{error}. All {count} points of the file were used: if the file has several features, "
+        "select the points of one by their labels",
         inputs=(*error.inputs, "select"),
     )
 

@@ -47,26 +47,26 @@ _UNKNOWN_U = 1e-3  # mm; of points whose u is not stated
 _BETWEEN = "Between features"
 _COMMON = (
     "Distances are those of centres (across parallel axes) or of parallel planes and lines; angles "
-    "those of normals, axes or lines. Errors that both features have in common are in u as far as "
-    "they change the distance."
+    "those of normals, axes or lines. u contains the errors that both features have in common, as "
+    "far as these change the distance."
 )
 _CORRECTED = (
-    "A distance near zero (position, coaxiality, orientation of an axis) is shown corrected for "
-    "noise; its decision compares the value before this correction, and its bands hold for values "
-    "near the limit. "
+    "A distance near zero (position, coaxiality, orientation of an axis) is corrected for noise. "
+    "The decision compares the value before this correction; the bands are those of a value at the "
+    "limit. "
 )
 _EXPLAINED = (
-    "Value 0: the errors of the points alone can explain the measured one; 'at most' in the table "
-    "of quantities is how large the true one can be. "
+    "Value 0: the errors of the points alone can explain the measured value; 'at most' in the "
+    "table of quantities is the upper bound of the true value. "
 )
 _SCALED = (
-    "A distance near zero has half of the difference between its value and the farther bound as u. "
+    "u of a distance near zero is half of the difference between its value and the farther bound. "
     "Its sources are multiplied by one factor, so that together they give this u. "
 )
 _TILTED = (
     "Places of the touches on tilted datums: a datum face is fitted at its nominal angle to the "
-    "datums before it; if its real angle differs, touches elsewhere on the face move it. Touch "
-    "such a face around its middle. "
+    "datums before it; if its real angle differs, the datum depends on where the face is touched. "
+    "Touch such a face around its middle. "
 )
 BOUNDS = ("at least (95 %)", "at most (95 %)")
 TRIALS = "By Monte Carlo"
@@ -165,8 +165,8 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
         "residuals). At least, at most: 95 % bounds of a form (at the touched points) and of a "
         "distance near zero; U is then the difference between the value and the farther bound. "
         "The measured range contains the errors of the points. If these errors alone can explain a "
-        "form or a distance near zero, only 'at most' is given: how large it can be behind the "
-        "errors, which can be more than the measured range.",
+        "form or a distance near zero, only 'at most' is given. It can be larger than the "
+        "measured range, because the errors may hide a part of the form.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 

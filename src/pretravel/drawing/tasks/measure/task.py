@@ -296,7 +296,7 @@ class Measure(LaboratoryReport):
 
         if self.feature is None and self.drawing is None:
             raise PretravelError(
-                "give the feature of the points, or the file with all features of the drawing",
+                "give the kind of feature, or the file with all features of the drawing",
                 inputs=("feature", "drawing"),
             )
         if self.annex and (self.output is None or self.output.suffix.lower() != ".pdf"):
