@@ -254,12 +254,12 @@ def checked_values(values: npt.ArrayLike, what: str, quantity: QuantityRange) ->
 
 
 def as_numbers(values: npt.ArrayLike, what: str) -> FloatArray:
-    """Values as an array of numbers, which may be not finite.
+    """Values as `frozen` numbers, which may be not finite.
 
     Raises
     ------
     PretravelError
-        Text, or integers of too many digits.
+        Text, complex numbers, or integers of too many digits.
 
     >>> as_numbers([10**400], "the positions")
     Traceback (most recent call last):
@@ -268,8 +268,12 @@ def as_numbers(values: npt.ArrayLike, what: str) -> FloatArray:
     """
     import numpy as np
 
+    from pretravel.base.arrays import frozen
+
     try:
-        return np.asarray(values, dtype=np.float64)
+        if np.iscomplexobj(values):  # NumPy would take the real part
+            raise TypeError
+        return frozen(values)
     except (TypeError, ValueError, OverflowError):
         raise PretravelError(f"{what} must be numbers, none of them too large") from None
 

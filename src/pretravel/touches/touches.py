@@ -142,8 +142,8 @@ Touches(positions, normals), or an array (n, 6) of x, y, z, nx, ny, nz; this one
         assert isinstance(found, Touches)
         return found
     try:
-        values = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
+        values = as_numbers(given, "touches")
+    except PretravelError:
         values = np.empty(0)
     if values.ndim == 2 and values.shape[1] == 6:
         return Touches(values[:, :3], values[:, 3:])

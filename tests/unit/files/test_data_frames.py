@@ -10,6 +10,7 @@ import pytest
 from pretravel.base.errors import PretravelError
 from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches, as_touches
+from pretravel.uncertainty import fit_sphere
 from tests.support.example_maps import mean_map
 
 FRAME = pd.DataFrame(
@@ -54,3 +55,15 @@ def test_frames_that_state_too_little_are_refused() -> None:
         as_touches(FRAME.rename(columns={f"{axis}_mm": axis for axis in "xyz"}))
     with pytest.raises(PretravelError, match="no rows"):
         as_touches(FRAME.iloc[:0])
+
+
+def test_a_row_that_a_masked_array_hides_is_no_touch() -> None:
+    hidden = np.ma.masked_array(np.ones((2, 6)), mask=[[False] * 6, [True] * 6])
+    hidden[0, 3:] = [0, 0, 1]
+    with pytest.raises(PretravelError, match="row 2 has length nan"):
+        as_touches(hidden)
+    ring = np.ma.masked_less([[1, 0], [0, 1], [-1, 0], [-9, -9]], -5)
+    with pytest.raises(PretravelError, match="points of a circle must be finite"):
+        fit_sphere(ring)
+    with pytest.raises(PretravelError, match="expected touches"):
+        as_touches(np.ones((2, 6)) * 1j)

@@ -129,8 +129,9 @@ class TestFile:
         assert (heat.constant, heat.per_length) == (0.0, pytest.approx(0.1e-6))
         assert (scale.evaluation, heat.evaluation) == ("B", "A")
         assert (scale.dof, heat.dof) == (4.0, math.inf)
-        path.write_text(f"{HEAD}\nscale,B,0.02,\n")
+        path.write_text(f"{HEAD}\nscale,B,0.02,\nRepeatability at r0,A,0.05,\n")
         assert read_budget(path)[0].dof == math.inf
+        assert read_budget(path)[1].repeatability
 
     @pytest.mark.parametrize(
         ("text", "words"),
@@ -139,6 +140,10 @@ class TestFile:
             (",dof\nscale,A,0.02,,0\n", "line 2: dof is '0'"),
             (",k\nscale,B,0.02,,2\n", "a budget has no column 'k'"),
             (",divisor\nscale,B,0.02,,2\n", "a budget has no column 'divisor'"),
+            (
+                "\nscale,B,0.02,\nheat,A,,0.1\nScale,A,0.02,\n",
+                "line 4: the source 'Scale' is given",
+            ),
             (",dof_eff\nscale,B,0.02,,2\n", "a budget has no column 'dof_eff'"),
         ],
     )
@@ -170,5 +175,10 @@ def test_lines_that_are_stated_beside_the_file(tmp_path: Path) -> None:
     grown = found["thermal expansion of the scale (u 1e-6/K)"]
     # 2 K at 1e-6/K, and the product with u of the temperature, 0.5 K.
     assert warm == pytest.approx(4.0 / np.hypot(2.0, 0.5) * grown, rel=1e-6)
+    own = tmp_path / "own.csv"
+    own.write_text(f"{HEAD}\nAbbe error,B,0.2,\n")
+    twice = ("--abbe", "10,20", "--budget", own)
+    told = run("rig", *traces, "-o", tmp_path / "rig.json", *twice, code=2)
+    assert "already has the source 'Abbe error'" in told
     told = run("rig", *traces, "-o", tmp_path / "rig.json", "--u-temperature", "0.5", code=2)
     assert "--u-expansion" in told

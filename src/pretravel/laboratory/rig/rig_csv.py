@@ -173,7 +173,7 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
     ------
     InputError
         Missing columns, columns that a budget does not have (a divisor or a k would otherwise be
-        lost), values that are not numbers, types that are not A or B.
+        lost), values that are not numbers, types that are not A or B, a source that is given twice.
     """
     table = read_csv_table(path)
     table.require(*BUDGET_COLUMNS, what="a budget")
@@ -187,7 +187,17 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
             path=path,
             line=table.header_line or None,
         )
-    return tuple(_budget_source(table, row, path) for row in range(len(table)))
+    found = tuple(_budget_source(table, row, path) for row in range(len(table)))
+    names = [each.source.casefold() for each in found]
+    for row, name in enumerate(names):
+        if (first := names.index(name)) < row:
+            raise InputError(
+                f"the source '{found[row].source}' is given a second time (first in line "
+                f"{table.lines[first]}) and would count twice: leave one out, or name both",
+                path=path,
+                line=table.lines[row],
+            )
+    return found
 
 
 def read_scale_check(path: str | Path) -> ScaleCheck:
@@ -260,8 +270,8 @@ def _budget_source(table: CsvTable, row: int, path: str | Path) -> LengthCompone
         values[0] * MICROMETRE,
         values[1] * 1e-6,
         dof,
-        repeatability=source.startswith(OWN_REPEATABILITY),
-        thermal=source.startswith(OWN_TEMPERATURE),
+        repeatability=source.casefold().startswith(OWN_REPEATABILITY),
+        thermal=source.casefold().startswith(OWN_TEMPERATURE),
     )
 
 

@@ -252,9 +252,16 @@ class Rig(LaboratoryReport):
                 u_temperature=self.u_temperature,
             )
         if checked is not None:
-            found = [c for c in found if not c.source.startswith(SCALE_SOURCE)]
+            found = [c for c in found if not c.source.casefold().startswith(SCALE_SOURCE)]
             found += checked.components()
         if self.abbe is not None:
+            own = [c.source for c in found if c.source.casefold().startswith(("abbé", "abbe"))]
+            if own:
+                raise PretravelError(
+                    f"the budget already has the source '{own[0]}': the Abbé error would count "
+                    "twice. Leave one out",
+                    inputs=("abbe", "budget"),
+                )
             found.append(abbe_component(self.abbe.first, self.abbe.second * 1e-6))
         return found
 
