@@ -9,6 +9,7 @@ from .column_names import LENGTH_UNITS as LENGTH_UNITS
 from .column_names import ROLES as ROLES
 from .column_names import column_name as column_name
 from .column_names import unit_of as unit_of
+from .column_names import unit_of_title as unit_of_title
 from .csv_table import CsvTable as CsvTable
 from .csv_table import csv_table_text as csv_table_text
 from .csv_table import read_csv_table as read_csv_table

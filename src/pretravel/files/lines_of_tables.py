@@ -198,11 +198,14 @@ def _units_joined(cells: list[str]) -> list[str]:
     return joined
 
 
-def separator_of(records: Sequence[Record]) -> str | None:
+def separator_of(records: Sequence[Record], fewest: int = FEWEST_NUMBERS) -> str | None:
     """The separator that splits the most rows into numbers; else the one of a header."""
     lines = [line for _, line in records[:SAMPLE]]
     counts = {
-        separator: sum(is_data(split_cells(line, separator)) for line in lines)
+        separator: sum(
+            len(cells) > 1 and is_data(cells, fewest)
+            for cells in (split_cells(line, separator) for line in lines)
+        )
         for separator in SEPARATORS
     }
     best = max(counts, key=lambda separator: counts[separator])
@@ -214,7 +217,7 @@ def separator_of(records: Sequence[Record]) -> str | None:
     return None
 
 
-def is_data(cells: list[str]) -> bool:
+def is_data(cells: Sequence[str], fewest: int = FEWEST_NUMBERS) -> bool:
     """Whether cells are a row of a table of touches: three numbers, and half of all.
 
     >>> is_data(["top", "1.5", "2", "3"]), is_data(["top", "1.5", "2"])
@@ -222,12 +225,30 @@ def is_data(cells: list[str]) -> bool:
     """
     numbers = sum(is_number_cell(cell) for cell in cells)
     filled = sum(bool(cell) for cell in cells)
-    return numbers >= FEWEST_NUMBERS and 2 * numbers >= filled
+    return numbers >= fewest and 2 * numbers >= filled
 
 
 def is_header(cells: list[str]) -> bool:
     """Whether cells name the columns of touches; a row "X 1.5 Y 2.5 Z 3.5" does not."""
     return names_known_columns(cells) and not any(map(IS_NUMBER.fullmatch, cells))
+
+
+_DRESSED = re.compile(rf"({_NUMBER})(?:([-+−])|\s?([A-Za-zµμ°\"/]{{1,8}}))")
+"""A number with its sign or its unit behind it."""
+_SIGNED = re.compile(r"\s*[-+−]")
+
+
+def plain_number(cell: str) -> tuple[str, str]:
+    """A cell with its sign in front of the number, and the unit that stood behind it.
+
+    >>> plain_number("12.5 mm"), plain_number("0.01-"), plain_number("P1"), plain_number("-1-")
+    (('12.5', 'mm'), ('-0.01', ''), ('P1', ''), ('-1-', ''))
+    """
+    found = _DRESSED.fullmatch(cell)
+    if found is None or (found[2] and _SIGNED.match(cell)) or (found[3] and not unit_of(found[3])):
+        return cell, ""
+    sign = "-" if found[2] and found[2] != "+" else ""
+    return sign + found[1], unit_of(found[3] or "") or ""
 
 
 def is_number_cell(cell: str) -> bool:
@@ -236,7 +257,9 @@ def is_number_cell(cell: str) -> bool:
     >>> is_number_cell("1,5"), is_number_cell("X1.5"), is_number_cell("Dev")
     (True, True, False)
     """
-    return bool(IS_NUMBER.fullmatch(cell) or IS_WORD.fullmatch(cell))
+    return bool(IS_NUMBER.fullmatch(cell) or IS_WORD.fullmatch(cell)) or (
+        cell[:1] in "+-−.0123456789" and plain_number(cell)[0] != cell
+    )
 
 
 def with_groups(groups: list[str], names: list[str]) -> list[str]:

@@ -93,12 +93,16 @@ def far_heights(positions: FloatArray, axis: int = 2) -> FloatArray:
     return np.where(far, left, 0.0)
 
 
-def named_misses(found: FileReadings | FilePositions) -> FileReadings | FilePositions:
+def named_misses(
+    found: FileReadings | FilePositions, *, of_table: bool = True
+) -> FileReadings | FilePositions:
     """Readings without the values that were filled in, and with words about heights far off.
 
     Parameters
     ----------
     found : FileReadings or FilePositions
+    of_table : bool
+        Of a table, whose own form has none (`Touches.reading` is empty).
 
     Returns
     -------
@@ -118,8 +122,7 @@ def named_misses(found: FileReadings | FilePositions) -> FileReadings | FilePosi
         )
         return replace(found, warnings=(*found.warnings, *told))
     touches = found.touches
-    # Other formats mark their misses, and the own form of a table has none.
-    filled = missed_rows(touches.positions) & bool(touches.reading)
+    filled = missed_rows(touches.positions) & (bool(touches.reading) or not of_table)
     if filled.any() and not filled.all():
         names = labels_or_numbers(touches.labels, len(touches))
         missed = tuple(names[row] for row in np.flatnonzero(filled))

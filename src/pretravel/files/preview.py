@@ -54,7 +54,8 @@ def look_at(
         raise without_touches(file, known)
     if options.plan is not None:
         return read_readings(file, options, file_format=known.name), True
-    return _with_normal(with_passes(named_misses(known.parse(file, looking))), options), True
+    found = named_misses(known.parse(file, looking), of_table=False)
+    return _with_normal(with_passes(found), options), True
 
 
 def _with_normal(

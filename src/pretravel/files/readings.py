@@ -80,7 +80,8 @@ def read_readings(
     known.refuse_unused(file, options)
     found = known.parse(file, options)
     asks = options.double_touches is None and not options.series
-    found = chosen(with_passes(named_misses(found), asks=asks), options)
+    named = named_misses(found, of_table=known in (CSV, PARQUET))
+    found = chosen(with_passes(named, asks=asks), options)
     if options.double_touches == "last":
         found = without_passes(without_searches(found))
     if options.radius_taken_off:

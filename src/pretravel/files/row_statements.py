@@ -130,6 +130,8 @@ class StatedRows:
         line : str
         number : int
         """
+        if (found is None or _NOTE.match(line)) and _CHANGES_ROWS.search(line.replace("_", " ")):
+            self.hold(f"the meaning of the rows, perhaps ('{shortened(line)}')", line, number)
         if found is None:
             self.unknown.append((number, line))
             return
@@ -258,6 +260,8 @@ _CHANGES_ROWS = re.compile(
     re.IGNORECASE,
 )
 """Comments that change what rows mean. One that only speaks of a tip or a part is named."""
+_NOTE = re.compile(r"(?:[;#(%]|//|\$\$|TEXT\s*/|COMMENT\s*/)", re.IGNORECASE)
+"""Begins a line of a log that is a comment or a text."""
 
 
 _CONDITIONS = re.compile(

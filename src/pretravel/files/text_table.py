@@ -28,6 +28,7 @@ from pretravel.files.lines_of_tables import (
     is_header,
     is_number_cell,
     not_a_table,
+    plain_number,
     separator_of,
     split_cells,
     together,
@@ -108,7 +109,9 @@ class TextTable:
         return own or f"column {index + 1}"
 
 
-def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTable:
+def read_text_table(
+    file: SourceFile, left_out: Collection[str] = (), fewest: int = FEWEST_NUMBERS
+) -> TextTable:
     r"""Read a table with any usual separator, with or without a header.
 
     Parameters
@@ -116,6 +119,8 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
     file : SourceFile
     left_out : collection of str
         Numbers of lines that are not read.
+    fewest : int
+        Numbers that a row has or more: three coordinates.
 
     Returns
     -------
@@ -157,7 +162,7 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
             if not comments
             else "the file is empty except for comments; rows are needed"
         )
-    separator = separator_of(plain) if stated is None else stated[1]
+    separator = separator_of(plain, fewest) if stated is None else stated[1]
     if separator is None:
         raise file.error(not_a_table([plain[0][1]]), plain[0][0])
     comments += [] if separator == ";" else [r for r in plain if r[1].startswith(";")]
@@ -167,8 +172,8 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
         if separator == ";" or not line.startswith(";")
     ]
     split = [(number, cells) for number, cells in split if any(cells)]
-    split = _header_in_wide_blanks(split, dict(plain), separator)
-    return _table(file, split, sorted(comments), separator, encoding)
+    split = _header_in_wide_blanks(split, dict(plain), separator, fewest)
+    return _table(file, split, sorted(comments), (separator, encoding, fewest))
 
 
 def _counted(records: list[Record], name: str, of_what: str) -> Iterator[Record]:
@@ -233,17 +238,17 @@ def _table(
     file: SourceFile,
     split: list[tuple[int, list[str]]],
     comments: list[Record],
-    separator: str,
-    encoding: str,
+    how: tuple[str, str, int],
 ) -> TextTable:
     """Find header, row of units and rows among the lines that were split into cells."""
+    separator, encoding, fewest = how
     for number, cells in split:
         if len(cells) > MOST_COLUMNS:
             raise file.error(
                 f"the line has {len(cells)} cells; a table of touches has at most {MOST_COLUMNS}",
                 number,
             )
-    first = next((i for i, (_, cells) in enumerate(split) if is_data(cells)), len(split))
+    first = next((i for i, (_, cells) in enumerate(split) if is_data(cells, fewest)), len(split))
     header = _header(split, first)
     body = split[first:] if header is None else split[header + 1 :]
     _refuse_spreadsheet_errors(file, comments)
@@ -257,6 +262,7 @@ def _table(
     units: list[str] = []
     if header is not None and body and is_unit_row(body[0][1]):
         units = body.pop(0)[1]
+    results = _results_below(body)
     if not body:
         raise file.error("the file has a header but no rows", header_line)
     if names is None:
@@ -267,6 +273,7 @@ def _table(
     if header is not None:
         _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
+    rows, units = _without_units(file, rows, [number for number, _ in body], units)
     among = comments_among(file, comments, [number for number, _ in body], _is_row(separator))
     titles = tuple((number, " ".join(cells)) for number, cells in before)
     notes = [line for _, line in comments] + [line for _, line in titles]
@@ -282,9 +289,59 @@ def _table(
         unit=_stated_unit(file, notes),
         preamble=titles,
         disabled=tuple(n for n, line in comments if is_data(split_cells(line[1:], separator))),
-        among=among,
+        among=(*among, *((number, separator.join(cells)) for number, cells in results)),
         before=(*(record for record in comments if record[0] < body[0][0]), *titles),
     )
+
+
+_RESULT = re.compile(
+    r"(?:mean|average|avg|max(?:imum)?|min(?:imum)?|range|st(?:andar)?d?\W*(?:dev\w*)?|sigma|median|"
+    r"sum|total|count|rms|result|mittel(?:wert)?|spannweite|stabw\w*|streuung|summe|anzahl|moyenne|"
+    r"[ée]cart\W?type|[ée]tendue|media|promedio|rango)\W*",
+    re.IGNORECASE,
+)
+"""A cell of rows below a table that are computed from it."""
+
+
+def _results_below(body: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
+    """Rows at the end that are no readings: their mean, range …; they are taken from the rows."""
+    last = len(body)
+    while last and any(map(_RESULT.fullmatch, filter(None, body[last - 1][1]))):
+        last -= 1
+    if not last:  # names of points
+        return []
+    results = body[last:]
+    del body[last:]
+    return results
+
+
+def _without_units(
+    file: SourceFile, rows: list[list[str]], lines: list[int], units: list[str]
+) -> tuple[list[list[str]], list[str]]:
+    """Rows whose numbers have no unit and no sign behind them, and the unit of each column.
+
+    Columns in which not all filled cells are numbers stay as they are: they are words.
+    """
+    found = _padded(units, len(rows[0])) if units else [""] * len(rows[0])
+    for i in range(len(rows[0])):
+        if all(IS_NUMBER.fullmatch(row[i]) for row in rows[:SAMPLE]):
+            continue
+        plain = [plain_number(row[i]) for row in rows]
+        if not all(IS_NUMBER.fullmatch(cell) for cell, _ in plain if cell):
+            continue
+        here = {unit for cell, unit in plain if cell}
+        if len(here - {""}) > 1 or (len(here) > 1 and "" in here):
+            other = next(k for k, (cell, unit) in enumerate(plain) if unit != plain[0][1] and cell)
+            raise file.error("this row has another unit than the rows before it", lines[other])
+        unit = here.pop() if here else ""
+        if unit and unit_of(found[i]) not in (None, "1", unit):
+            raise file.error(
+                f"the cells have the unit {unit}, and their title {found[i]}", lines[0]
+            )
+        found[i] = unit or found[i]
+        for row, (cell, _) in zip(rows, plain, strict=True):
+            row[i] = cell
+    return rows, found if any(found) else units
 
 
 def _is_row(separator: str) -> Callable[[str], bool]:
@@ -310,12 +367,12 @@ def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
 
 
 def _header_in_wide_blanks(
-    split: list[tuple[int, list[str]]], texts: Mapping[int, str], separator: str
+    split: list[tuple[int, list[str]]], texts: Mapping[int, str], separator: str, fewest: int
 ) -> list[tuple[int, list[str]]]:
     """Rows of a table with blanks; names such as "Meas X" are separated by two blanks or more."""
     if separator != " ":
         return split
-    first = next((i for i, (_, cells) in enumerate(split) if is_data(cells)), len(split))
+    first = next((i for i, (_, cells) in enumerate(split) if is_data(cells, fewest)), len(split))
     header = _header(split, first)
     if header is None or first == len(split):
         return split

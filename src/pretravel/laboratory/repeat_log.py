@@ -9,11 +9,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, FloatArray, IntArray
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, InputError, IntArray
 from pretravel.files import (
     ALL,
     CSV,
-    LENGTH_UNITS,
     PARQUET,
     SERIES_COLUMNS,
     FilePositions,
@@ -22,7 +21,6 @@ from pretravel.files import (
     Source,
     SourceFile,
     chosen,
-    comments_among,
     contacts,
     format_named,
     format_of,
@@ -30,8 +28,14 @@ from pretravel.files import (
     missed_sentence,
     opened,
     read_touch_columns,
-    unit_of,
     unknown_lines,
+)
+from pretravel.laboratory.repeat_table import (
+    LoggedSeries,
+    column_of_heights,
+    columns_of_readings,
+    comments_among_heights,
+    without_filled_in,
 )
 from pretravel.touches import (
     FEWEST_REPEATS,
@@ -57,31 +61,15 @@ _ONE_WAY = 0.99
 """Cosine between directions of travel from which they are one: 8°."""
 _ALIKE = 0.5
 """Another axis that scatters by more than this share of the first leaves the direction open."""
+_TURNS = 3
+"""Changes between two levels; a jump has one, an outlier two."""
+_APART = 5.0
+"""Levels are apart by more than this many times the range at a level."""
 _SERIES_OF_LABEL = re.compile(r"(.+)/\d+")
 _ONCE = (
     "PROBEOPEN does not write a touch whose position is equal to the one before: such touches are "
     "missing, and the noise looks larger than it is. Log with LOG instead"
 )
-_COMMENT = ("#", "%", ";", "//")
-
-
-@dataclass(frozen=True, eq=False)
-class LoggedSeries:
-    """Touches of one point, in their order.
-
-    Attributes
-    ----------
-    name : str
-        Of the series and the place, where the file has more than one.
-    values : (n,) float
-        Positions along the direction of the touches. [mm]
-    lines : (n,) int
-        Of the file.
-    """
-
-    name: str
-    values: FloatArray
-    lines: IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +91,6 @@ class RepeatLog:
     single: int
     along: str
     warnings: tuple[str, ...]
-
-
-_BETWEEN_TWO = (";", r"\t", ",", r"\s{2,}", r"\s+")
-"""Separators of a count and a height."""
 
 
 def read_repeats(
@@ -145,13 +129,16 @@ def read_repeats(
     [1.32, 1.3175, 1.325, 1.32, 1.3025]
     """
     file = opened(source)
-    heights = None if file_format else _column_of_heights(file, options)
+    heights = None if file_format else column_of_heights(file, options)
     if heights is not None:
-        told = unknown_lines(_comments_among(file, heights.lines))
+        told = unknown_lines(comments_among_heights(file, heights.lines))
         log = _checked(file, [heights], 0, "the column of heights", told)
         return _named(file, log, options.series)
     stated = (PARQUET if file.ending == ".parquet" else CSV) if options.columns else None
-    known = stated or (format_of(file) if file_format is None else format_named(file_format))
+    known = stated or (None if file_format is None else format_named(file_format))
+    if known is None and (table := _of_columns(file, options)) is not None:
+        return _named(file, table, options.series)
+    known = known or format_of(file)
     if known in (CSV, PARQUET) and (one := _one_coordinate(file, options)) is not None:
         return _named(file, one, options.series)
     looking = replace(options, anywhere=True, look_only=True, plan=None, series=())
@@ -185,58 +172,17 @@ def _named(file: SourceFile, log: RepeatLog, names: Sequence[str]) -> RepeatLog:
     return replace(log, series=tuple(s for s in log.series if not names or s.name in names))
 
 
-def _column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSeries | None:
-    """A text of one number in each line, with a title above it or none; None: another file."""
-    if file.content.startswith((b"PAR1", b"\x89HDF", b"CDF")):
+def _of_columns(file: SourceFile, options: ReadingOptions) -> RepeatLog | None:
+    """Readings in columns with names, not the three coordinates of a touch; None: another file."""
+    try:
+        table = format_of(file).name == CSV.name
+    except InputError:
+        table = True
+    found = columns_of_readings(file, options) if table else None
+    if found is None:
         return None
-    lines = [
-        (number, line.strip())
-        for number, line in enumerate(file.lines("a file of readings"), start=1)
-        if line.strip() and not line.strip().startswith(_COMMENT)
-    ]
-    lines = _without_count(lines)
-    title = lines[0][1] if lines and not _is_number(lines[0][1]) else ""
-    rows = lines[1:] if title else lines
-    if not rows or not all(_is_number(line) for _, line in rows):
-        return None
-    words = re.split(r"[\s_/,;:()\[\]]+", title)
-    units = [LENGTH_UNITS[unit] for word in words if (unit := unit_of(word) or "") in LENGTH_UNITS]
-    if len(units) > 1:
-        raise file.error(f"the title '{title[:40]}' gives more than one unit", lines[0][0])
-    scale = units[0] if units else file.scale(options.units, "the heights have no unit")
-    values = [file.numbers([line], number)[0] for number, line in rows]
-    return LoggedSeries("", scale * np.array(values), np.array([number for number, _ in rows]))
-
-
-def _comments_among(file: SourceFile, rows: IntArray) -> tuple[tuple[int, str], ...]:
-    """Comments between the heights; those that change the heights after them are refused."""
-    comments = [
-        (number, line.strip())
-        for number, line in enumerate(file.lines("a file of readings"), start=1)
-        if line.strip().startswith(_COMMENT)
-    ]
-    return comments_among(file, comments, rows.tolist(), _is_number)
-
-
-def _without_count(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
-    """Lines of two cells, "3;5.0015", of which the first counts the rows: the second cells.
-
-    >>> _without_count([(1, "Run;Z [mm]"), (2, "1;5.001"), (3, "2;5.002")])
-    [(1, 'Z [mm]'), (2, '5.001'), (3, '5.002')]
-    """
-    for separator in _BETWEEN_TWO:
-        cells = [[cell.strip() for cell in re.split(separator, line)] for _, line in lines]
-        if not lines or any(len(pair) != 2 for pair in cells):
-            continue
-        titled = not _is_number(cells[0][1])
-        counts = [pair[0] for pair in cells[titled:]]
-        if len(counts) > 1 and all(
-            count.isdecimal() and int(count) == int(counts[0]) + row
-            for row, count in enumerate(counts)
-            if counts[0].isdecimal() or not row
-        ):
-            return [(number, pair[1]) for (number, _), pair in zip(lines, cells, strict=True)]
-    return lines
+    series, along, told = found
+    return _checked(file, *_repeated(series), along, (*told, *_between_passes(series)))
 
 
 def _one_coordinate(file: SourceFile, options: ReadingOptions) -> RepeatLog | None:
@@ -295,14 +241,6 @@ def _conditions(
 def _conditions_of(rows: Touches | FilePositions) -> dict[str, list[str]]:
     turned = None if rows.spindle is None else rows.spindle / DEGREE
     return _conditions(rows.words, {"feed_mm_min": rows.feeds, "spindle_deg": turned})
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return "_" not in text  # 1_0 is ten in Python alone
 
 
 def _of_touches(file: SourceFile, found: FileReadings, warnings: tuple[str, ...]) -> RepeatLog:
@@ -513,9 +451,33 @@ def _in_a_rhythm(series: Sequence[LoggedSeries]) -> tuple[list[LoggedSeries], tu
             ]
             told.append(f"{lies}are evaluated separately")
         else:
+            parts.append(one)
             how = "Leave the fast touches out, or give a column pass"
             told.append(f"{lies}are evaluated together. {how}")
-    return parts, tuple(told)
+    return parts, (*told, *_two_levels(parts, told))
+
+
+def _two_levels(series: Sequence[LoggedSeries], told: Sequence[str]) -> list[str]:
+    """Words about series whose touches lie at two levels in turn, in no rhythm that was named."""
+    found = []
+    for one in series:
+        order = np.sort(one.values)
+        place = int(np.argmax(np.diff(order))) + 1
+        low, high = order[:place], order[place:]
+        gap = float(high[0] - low[-1])
+        turns = np.count_nonzero(np.diff(one.values > low[-1]))
+        steps = np.diff(order)
+        scatter = max(np.ptp(low), np.ptp(high), steps[steps > 0.0].min(initial=gap))
+        named = any(sentence.startswith(one.name or "the touches") for sentence in told)
+        if min(len(low), len(high)) < 2 or turns < _TURNS or gap < _APART * scatter or named:
+            continue
+        found.append(
+            f"{one.name or 'the touches'}: {len(low)} and {len(high)} touches lie at two levels, "
+            f"{gap / MICROMETRE:.1f} µm apart, in turn: fast and slow ones, two places, or a probe "
+            "that seats in two ways? They are evaluated together. If they are not of one kind, "
+            "give a column that tells them apart"
+        )
+    return found
 
 
 def _chance(values: FloatArray, period: int, phase: int) -> float:
@@ -546,6 +508,14 @@ def _checked(
     along: str,
     warnings: tuple[str, ...],
 ) -> RepeatLog:
+    kept = [without_filled_in(one.values) for one in series]
+    lost = [str(n) for one, own in zip(series, kept, strict=True) for n in one.lines[~own]]
+    if lost:
+        warnings = (*warnings, f"no reading, and left out: line {', '.join(lost)}")
+        series = [
+            replace(one, values=one.values[own], lines=one.lines[own])
+            for one, own in zip(series, kept, strict=True)
+        ]
     most = max((len(one.values) for one in series), default=0)
     if most < FEWEST_REPEATS:
         raise file.error(

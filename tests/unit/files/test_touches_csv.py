@@ -25,7 +25,7 @@ GOOD = "0,0,3,0,0,1\n"
         (HEADER + GOOD + "0,0,nan,0,0,1\n", 3, "z_mm is 'nan'"),
         (HEADER + "# note\n" + GOOD + "\n0,0,,0,0,1\n", 5, "z_mm is empty"),
         (HEADER + "0,0,inf,0,0,1\n", 2, "not a finite number"),
-        (HEADER + "0,0,3mm,0,0,1\n", 2, "z_mm is '3mm'"),
+        (HEADER + "0,0,3km,0,0,1\n", 2, "z_mm is '3km'"),
         (HEADER + GOOD + "0,0,3,0,0,0\n", 3, "is zero"),
         (HEADER + GOOD + "0,0,3,0,0,0.7\n", 3, "has length 0.7"),
         (HEADER + GOOD + "0,0,3,0,0\n", 3, "5 values, but the header names 6"),

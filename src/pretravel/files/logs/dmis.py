@@ -312,7 +312,7 @@ def with_unit_normals(
 
 
 def statements(lines: list[str]) -> list[tuple[int, str]]:
-    """Return line numbers and statements, without comments; a line that ends in $ continues.
+    """Return line numbers and statements; a line that ends in $ continues, a comment ($$) does not.
 
     Empty lines are skipped, so that doubled line ends do no harm.
     """
@@ -320,6 +320,8 @@ def statements(lines: list[str]) -> list[tuple[int, str]]:
     begun: tuple[int, str] | None = None
     for number, text in enumerate(lines, start=1):
         line = text.strip()
+        if line.startswith("$$"):
+            statements.append((number, line))
         if not line or line.startswith("$$"):
             continue
         first, before = begun or (number, "")

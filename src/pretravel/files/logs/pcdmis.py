@@ -11,7 +11,7 @@ from pretravel.base import InputError
 from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.logs.dmis import checked_radius_taken_off, with_unit_normals
 from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows, any_of
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.source_file import UNITS, Source, SourceFile, opened
 from pretravel.touches import Touches, word_fields
 
 _FEATURE = re.compile(r"=\s*(?:FEAT|AUTO)\s*/", re.IGNORECASE)
@@ -20,13 +20,15 @@ _VALUES = re.compile(r"^(THEO|ACTL)\s*/\s*(.*)$", re.IGNORECASE)
 _HIT = re.compile(r"^HIT\s*/\s*(.*)$", re.IGNORECASE)
 _NAMED = r"(?:[\w.$-]+\s*=\s*)?"
 """The label of a statement, where it has one."""
+_LOADED = "`LOADPROBE/`"
 _TABLE = (
     RowStatement(
-        "`TIP/`", _NAMED + r"TIP\s*/\s*([^,]+)", "tip", "carried",
-        "TIP/T2A90B0, SHANKIJK=0, 1, 0, ANGLE=90",
+        "`TIP/`, and any word with a name such as `T2A90B0`",
+        _NAMED + r"TIP\s*/\s*([^,]+)|[\w ]+/\s*(T\d+A-?\d+(?:\.\d+)?B-?\d+(?:\.\d+)?)\b", "tip",
+        "carried", "TIP/T2A90B0, SHANKIJK=0, 1, 0, ANGLE=90",
     ),
     RowStatement(
-        "`LOADPROBE/`", _NAMED + r"LOADPROBE\s*/\s*([^,]+)", "tip", "carried", "LOADPROBE/STAR_2"
+        _LOADED, _NAMED + r"LOADPROBE\s*/\s*([^,]+)", "tip", "carried", "LOADPROBE/STAR_2"
     ),
     RowStatement(
         "`ALIGNMENT/` (but not its END)", _NAMED + r"ALIGNMENT\s*/\s*(?!END)(.*)", "frame",
@@ -98,6 +100,8 @@ _TABLE = (
     RowStatement("features", r"[^=]*=\s*" + any_of("FEAT AUTO GENERIC BASICSCAN SCAN CURVE") + "/"),
 )  # fmt: skip
 _STATEMENTS = RowStatements(_TABLE)
+_UNIT = re.compile(r"^(DIM\b.*\b)?UNITS?\s*[/:=]\s*(MM|IN)", re.IGNORECASE)
+"""The unit of the routine, or of a dimension, which can be another one."""
 _NO_TOUCH = re.compile(r"^(?:READPOINT|CONSTR)\b", re.IGNORECASE)
 _OF_ONE_TOUCH = re.compile(r"^(?:\w+/)?(?:VECTOR POINT|POINT)\b", re.IGNORECASE)
 _SHOWN = 8
@@ -146,8 +150,8 @@ def read_pc_dmis(
     routine.close_feature()
     _check(file, routine)
     radius = checked_radius_taken_off(file, "the text of a routine of PC-DMIS", radius_taken_off)
-    scale = file.scale(units, "the text of a routine does not give its units")
-    return FileReadings(_touches(file, routine, scale, radius), warnings=_warnings(routine))
+    scale = file.scale(routine.unit_with(units), "the text of a routine does not give its units")
+    return FileReadings(_touches(file, routine, scale, radius), warnings=_warnings(routine, scale))
 
 
 @dataclass
@@ -182,12 +186,16 @@ class _Routine:
     stated: StatedRows = field(init=False)
     probe: str = ""
     probes: set[str] = field(default_factory=set)
+    units: dict[bool, tuple[str, int]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.stated = StatedRows(self.file)
 
     def read_statement(self, statement: str, number: int) -> None:
         """Read one statement: a feature begins, its values, a hit; or what holds from here on."""
+        if found := _UNIT.match(statement):
+            unit = "mm" if found[2].upper() == "MM" else "inch"
+            self.units.setdefault(bool(found[1]), (unit, number))
         known = _STATEMENTS.of(statement)
         if known is None or known[0].then != "harmless":
             if known is not None and known[0].then == "refused":
@@ -215,7 +223,7 @@ class _Routine:
     def _hold(self, known: tuple[RowStatement, str] | None, statement: str, number: int) -> None:
         """Keep what a statement between the features says."""
         if known is not None and known[0].means == "tip":
-            if known[0].words.startswith("LOADPROBE"):
+            if known[0].words == _LOADED:
                 self.probe = known[1]
                 self.probes.add(known[1])
                 self.stated.state("tip", self.probe)
@@ -231,6 +239,21 @@ class _Routine:
             mark = f"{self.probe} "
             words["tip"] = tuple(word.removeprefix(mark) for word in words["tip"])
         return words
+
+    def unit_with(self, given: str | None) -> str | None:
+        """The unit of the routine, which the user gives or a line of it.
+
+        Raises
+        ------
+        InputError
+            They differ.
+        """
+        own, line = self.units.get(False, (given, 0))
+        if given not in (None, own):
+            raise self.file.error(
+                f"the file's units are {own}, the given ones {given}", line, inputs=("units",)
+            )
+        return own
 
     def _numbers(self, text: str, number: int) -> list[float]:
         if text.count("<") != text.count(">"):
@@ -320,8 +343,13 @@ def _touches(file: SourceFile, routine: _Routine, scale: float, radius: float) -
         )
 
 
-def _warnings(routine: _Routine) -> tuple[str, ...]:
+def _warnings(routine: _Routine, scale: float) -> tuple[str, ...]:
     others, unknown = routine.without_touches, routine.stated.warnings()
+    unit, line = routine.units.get(True, ("", 0))
+    if unit and UNITS[unit] != scale:
+        taken = "mm" if unit == "inch" else "inch"
+        said = f"line {line} gives a dimension in {unit}; the points were taken in {taken}"
+        unknown = (said, *unknown)
     if not others:
         return unknown
     shown = ", ".join(others[:_SHOWN]) + ("…" if len(others) > _SHOWN else "")

@@ -1,0 +1,81 @@
+"""Files in which a line changes what the rows after it mean, as CMMs and controls write them."""
+
+from __future__ import annotations
+
+import pytest
+
+from pretravel.base import InputError
+from pretravel.files import FileReadings, ReadingOptions, SourceFile, read_readings
+
+_DMIS = "FILNAM/'PLATE',05.2\nUNITS/MM,ANGDEC\n"
+_CMM = ReadingOptions(radius_taken_off=0.0)
+_PC_DMIS = ReadingOptions(radius_taken_off=0.0, units="mm")
+
+
+def _dmis(between: str) -> SourceFile:
+    """Two points, lines between them, and two more."""
+    rows = [f"FA(P{i})=FEAT/POINT,CART,{i}0.0,10.0,0.00{i},0,0,1\n" for i in range(1, 5)]
+    return SourceFile("a.dmo", (_DMIS + "".join(rows[:2]) + between + "".join(rows[2:])).encode())
+
+
+def _pc_dmis(before: str, between: str) -> SourceFile:
+    rows = [
+        f"P{i} =FEAT/CONTACT/VECTOR POINT/DEFAULT,CARTESIAN\nTHEO/<{i},10,0>,<0,0,1>\n"
+        f"ACTL/<{i},10,0.00{i}>,<0,0,1>\n"
+        for i in range(1, 5)
+    ]
+    text = before + "".join(rows[:2]) + between + "".join(rows[2:])
+    return SourceFile("a.txt", text.encode())
+
+
+def _tips(found: FileReadings) -> list[str]:
+    return list(dict.fromkeys(found.touches.tips or ()))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "TEXT/OPER,'change stylus now'",
+        "$$ PART 2 of 3",
+        "$$ new tip from here",
+        "SENS/TIP_2",
+    ],
+)
+def test_a_text_or_an_unknown_line_that_speaks_of_a_change_is_refused(line: str) -> None:
+    with pytest.raises(InputError, match="line 5: this line changes the meaning of the rows"):
+        read_readings(_dmis(line + "\n"), _CMM)
+
+
+def test_a_text_that_changes_nothing_is_passed_over() -> None:
+    found = read_readings(_dmis("$$ top face\nTEXT/OPER,'top face, point 3'\n"), _CMM)
+    assert len(found.touches) == 4
+
+
+def test_another_probe_with_a_tip_of_the_same_name_is_another_tip() -> None:
+    tip = "TIP/T1A0B0, SHANKIJK=0, 0, 1, ANGLE=0\n"
+    file = _pc_dmis(f"LOADPROBE/STAR\n{tip}", f"LOADPROBE/LONG\n{tip}")
+    assert _tips(read_readings(file, _PC_DMIS)) == ["STAR T1A0B0", "LONG T1A0B0"]
+
+
+def test_a_tip_is_recognised_by_its_name_in_other_languages() -> None:
+    file = _pc_dmis("SPITZE/T1A0B0, SCHAFTIJK=0,0,1\n", "SPITZE/T2A90B0, SCHAFTIJK=0,1,0\n")
+    assert _tips(read_readings(file, _PC_DMIS)) == ["T1A0B0", "T2A90B0"]
+
+
+def test_units_that_a_routine_states_are_used_and_no_others() -> None:
+    file = _pc_dmis("PART NAME : A\nUNITS : INCH\n", "")
+    found = read_readings(file, ReadingOptions(radius_taken_off=0.0))
+    assert found.touches.positions[0, 0] == 25.4
+    with pytest.raises(InputError, match="line 2: the file's units are inch, the given ones mm"):
+        read_readings(file, _PC_DMIS)
+
+
+def test_a_dimension_in_the_other_unit_is_named() -> None:
+    file = _pc_dmis("", "DIM LOC1= LOCATION OF POINT P1  UNITS=IN ,$\nGRAPH=OFF\n")
+    said = "line 7 gives a dimension in inch; the points were taken in mm"
+    assert said in read_readings(file, _PC_DMIS).warnings
+
+
+def test_zeros_of_a_probe_that_did_not_trigger_are_a_miss_in_every_format() -> None:
+    found = read_readings(_dmis("FA(P9)=FEAT/POINT,CART,0,0,0,0,0,1\n"), _CMM)
+    assert (len(found.touches), found.missed) == (4, ("P9",))

@@ -1,0 +1,87 @@
+"""Series of repeats in tables that people type: trials, operators, places, misses, results."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pretravel.files import ReadingOptions, SourceFile
+from pretravel.laboratory.repeat_log import RepeatLog, read_repeats
+
+_Z = (27.3036, 27.3056, 27.3042, 27.3042, 27.3036, 27.3056)
+
+
+def _read(text: str, units: str | None = None) -> RepeatLog:
+    return read_repeats(SourceFile("a.csv", text.encode()), ReadingOptions(units=units))
+
+
+def _rows(form: str) -> str:
+    return "".join(form.format(i=i, z=z, d=z - _Z[0]) + "\n" for i, z in enumerate(_Z, 1))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Nr.\tMessung [mm]\tDelta\n" + _rows("{i}\t{z}\t{d:.4f}"),
+        "Time,Z mm\n" + _rows("12:00:0{i},{z}"),
+        "Trial,Z-axis,Delta\n" + _rows("{i},{z} mm,{d:.4f} mm"),
+        "Trial,Z mm\n" + _rows("{i},{z}") + "Mean,27.3045\nRange,0.0020\n",
+        _rows("Z = {z} mm"),
+        "Z mm\n" + _rows("{z}").replace(".", ","),
+        "Trial,Z mm\n" + _rows("{i},{z}") + "7,miss\n",
+        "Trial,Z mm\n" + _rows("{i},{z}") + "7,999.999\n",
+        "Z mm\n" + _rows("{z}") + "0\n",
+    ],
+)
+def test_one_series_of_heights(text: str) -> None:
+    found = _read(text)
+    assert [one.name for one in found.series] == [""]
+    assert np.allclose(found.series[0].values, _Z, rtol=0.0, atol=1e-12)
+
+
+def test_what_is_not_read_is_named() -> None:
+    told = " ".join(_read("Trial,Z mm,Delta mm\n" + _rows("{i},{z},{d}") + "7,---,\n").warnings)
+    assert "not read: Delta mm" in told
+    assert "left out: line 8" in told
+
+
+@pytest.mark.parametrize(
+    ("title", "words"),
+    [
+        ("Operator", ("A", "B")),
+        ("Direction", ("+Z", "-Z")),
+        ("place", ("10", "50")),
+        ("Axis", ("X", "Y")),
+    ],
+)
+def test_rows_that_a_column_tells_apart_are_two_series(title: str, words: tuple[str, str]) -> None:
+    text = f"{title},Reading mm\n" + "".join(
+        f"{word},{z + step:.4f}\n" for word, step in zip(words, (0.0, 4.0), strict=True) for z in _Z
+    )
+    found = _read(text)
+    assert [one.name.split()[-1] for one in found.series] == list(words)
+    assert [one.values[0] for one in found.series] == [27.3036, 31.3036]
+
+
+def test_two_columns_of_readings_are_two_series() -> None:
+    found = _read(
+        "Trial,X mm,Z mm\n" + "".join(f"{i},{z - 20:.4f},{z}\n" for i, z in enumerate(_Z))
+    )
+    assert [one.name for one in found.series] == ["X mm", "Z mm"]
+
+
+def test_fast_and_slow_touches_in_turn_are_all_kept_and_named() -> None:
+    fast_and_slow = "".join(f"{z:.4f}\n{z + 0.04:.4f}\n" for z in _Z)
+    found = _read("z_mm\n" + fast_and_slow)
+    assert len(found.series[0].values) == 12
+    assert any("of every 2 touches number 1 lies 40.0 µm" in said for said in found.warnings)
+
+
+def test_two_levels_out_of_rhythm_are_named_and_two_steps_of_a_scale_are_not() -> None:
+    """A miss among fast and slow touches breaks their rhythm."""
+    both = [z + step for z in (*_Z, *_Z) for step in (0.0, 0.04)]
+    del both[3], both[6], both[12]
+    told = _read("z_mm\n" + "".join(f"{z:.4f}\n" for z in both)).warnings
+    assert any("touches lie at two levels, 38.0 µm apart, in turn" in said for said in told)
+    steps = "".join(f"{1.0 + 0.001 * (k in (2, 3, 7, 8)):.3f}\n" for k in range(11))
+    assert not any("two levels" in said for said in _read("z_mm\n" + steps).warnings)
