@@ -1,14 +1,15 @@
 """What U contains: the contributions of a bore, of an aligned part and of a position, as bars.
 
-A bore of 20 mm with three lobes of 2 µm is touched eight times. A bracket whose faces are wavy by
-1.5 µm is aligned by 8 and by 25 touches on each face. The position of a bore refers to three planes
-of four touches. The noise of a touch is 0.3 µm; map and tip radius are those of a qualification.
+Orange bars are the form of single faces; together, in quadrature, they are that of the part. A bore
+of 20 mm with three lobes of 2 µm is touched eight times. A bracket whose faces are wavy by 1.5 µm
+is aligned by 8 and by 25 touches on each face. The position of a bore refers to three planes of
+nine touches. The noise of a touch is 0.3 µm; map and tip radius are those of a qualification.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -20,13 +21,15 @@ from pretravel.base.frames import Placement
 from pretravel.drawing.alignment.alignment import Alignment
 from pretravel.drawing.alignment.alignment_fit import align
 from pretravel.drawing.alignment.tip_centres import TipCentres
-from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
+from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART, OWN
+from pretravel.drawing.features.form_of_part import NO_FORM
 from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance, PlacedFeature
 from pretravel.measurement.compensation import embed
 from pretravel.surface.cad.part_file import read_part
 
 NOISE, WAVE = 0.3e-3, 1.5e-3
+SMALL = 0.25  # of the largest face's form: faces whose form is drawn together
 X, Y, Z = np.eye(3)
 
 STATEMENT = Statement(
@@ -44,6 +47,8 @@ class Computed:
     """Contributions to u by source, in µm."""
 
     parts: Mapping[str, Mapping[str, float]]
+    by_face: Mapping[str, Mapping[str, float]]
+    """Of the form of the part."""
 
 
 def qualified() -> PretravelMap:
@@ -98,20 +103,28 @@ def aligned(made: PretravelMap, each: int) -> Alignment:
     return align(tips, part, made, Placement(), extrapolate=True)
 
 
-def placement(found: Alignment) -> Mapping[str, float]:
-    """Of the part's shift along x."""
+def placement(found: Alignment) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """Of the part's shift along x, and the form by face."""
     rows = np.zeros((1, len(found.association.response)))
     rows[0, : found.motions.shape[1]] = found.motions[0]
-    return {cause: float(np.sqrt(one[0, 0])) for cause, one in found.errors.parts(rows).items()}
+    weights, touched = rows @ found.association.response, found.feet.face[found.used]
+    by_face = {
+        f"form of face {found.part.faces[face].number}": float(
+            np.sqrt(found.errors.form.covariance(np.where(touched == face, weights, 0.0))[0, 0])
+        )
+        for face in np.unique(touched).tolist()
+    }
+    small = [name for name, u in by_face.items() if u < SMALL * max(by_face.values())]
+    rest = float(np.sqrt(sum(by_face.pop(name) ** 2 for name in small)))
+    parts = {cause: float(np.sqrt(one[0, 0])) for cause, one in found.errors.parts(rows).items()}
+    return parts, {**by_face, f"form of {len(small)} other faces": rest}
 
 
-def position(made: PretravelMap) -> Mapping[str, float]:
-    """Of a bore to three planes of four touches that are rough by 1 µm."""
-    rng, at = (
-        np.random.default_rng(4),
-        np.array([[2.0, 2.0], [58.0, 2.0], [2.0, 38.0], [58.0, 38.0]]),
-    )
-    flat, ring = np.zeros(4), 2.0 * np.pi * np.arange(8) / 8
+def position(made: PretravelMap) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """Of a bore to three planes of nine touches that are rough by 1 µm, and the form by face."""
+    x, y = (each.ravel() for each in np.meshgrid([2.0, 30.0, 58.0], [2.0, 20.0, 38.0]))
+    rng, at = np.random.default_rng(4), np.column_stack([x, y])
+    flat, ring = np.zeros(len(at)), 2.0 * np.pi * np.arange(8) / 8
     outward = np.column_stack([np.cos(ring), np.sin(ring), 0.0 * ring])
     sets = {
         "A": (np.c_[at, flat], Z, (0.0 * Z, Z)),
@@ -135,21 +148,46 @@ def position(made: PretravelMap) -> Mapping[str, float]:
         feature = measure_feature(points[rows], kind, axis=Z if name == "E" else None)
         placed[name], start = PlacedFeature(feature, point, direction), start + len(own)
     tolerance = GeometricTolerance("position", 0.2, ("A", "B", "C"))
-    return inspect_geometry([placed["E"]], tolerance, placed, 0.95).quantity.parts
+
+    def parts_with_form_of(names: str) -> Mapping[str, float]:
+        kept = {
+            name: each if name in names else replace(each, feature=replace(
+                each.feature, errors=replace(each.feature.errors, form=NO_FORM)))
+            for name, each in placed.items()
+        }  # fmt: skip
+        return inspect_geometry([kept["E"]], tolerance, kept, 0.95).quantity.parts
+
+    whole, by_face = parts_with_form_of("ABCE"), {}
+    for name in placed:
+        alone = parts_with_form_of(name)
+        # What is near zero scales all parts alike, and differs without the other forms.
+        by_face[f"form of {'the bore' if name == 'E' else name}"] = (
+            alone.get(FORM_OF_PART, 0.0) * whole[OWN] / alone[OWN]
+        )
+    return whole, by_face
 
 
 def compute() -> Computed:
     """The contributions of all four."""
     made = qualified()
-    few, many = (placement(aligned(made, each)) for each in (8, 25))
+    of_bore = bore(made)
     found = {
-        "diameter of a bore\n8 touches, three lobes of 2 µm": bore(made),
-        "place of a part\n8 touches on each wavy face": few,
-        "place of a part\n25 touches on each wavy face": many,
-        "position to A|B|C\nplanes of 4 touches": position(made),
+        "diameter of a bore\n8 touches, three lobes of 2 µm": (
+            of_bore,
+            {"form of the bore": of_bore[FORM_OF_PART]},
+        ),
+        "place of a part along x\n8 touches on each wavy face": placement(aligned(made, 8)),
+        "place of a part along x\n25 touches on each wavy face": placement(aligned(made, 25)),
+        "position to A|B|C\nplanes of 9 touches": position(made),
     }
-    return Computed({name: {cause: 1e3 * u for cause, u in parts.items() if u > 0.0}
-                     for name, parts in found.items()})  # fmt: skip
+    parts, by_face = (
+        {
+            name: {cause: 1e3 * u for cause, u in both[which].items() if u > 0.0}
+            for name, both in found.items()
+        }
+        for which in (0, 1)
+    )
+    return Computed(parts, by_face)
 
 
 def stated(computed: Computed) -> float:
@@ -160,13 +198,14 @@ def stated(computed: Computed) -> float:
 
 def draw(computed: Computed) -> Figure:
     """One picture of bars for each quantity."""
-    figure = Figure(figsize=(14, 3.6), layout="constrained", dpi=110)
+    figure = Figure(figsize=(14, 4.2), layout="constrained", dpi=110)
     for axes, (name, parts) in zip(figure.subplots(1, 4), computed.parts.items(), strict=True):
         u = float(np.sqrt(sum(each**2 for each in parts.values())))
-        bars = [*sorted(parts.items(), key=lambda item: item[1]), ("u", u)]
-        colours = ["C1" if cause == FORM_OF_PART else "0.35" if cause == "u" else "C0"
-                   for cause, _ in bars]  # fmt: skip
-        axes.barh([cause for cause, _ in bars], [each for _, each in bars], color=colours)
+        bars = [(cause, each, "C0") for cause, each in parts.items() if cause != FORM_OF_PART]
+        bars += [(face, each, "C1") for face, each in computed.by_face[name].items()]
+        bars = [*sorted(bars, key=lambda bar: bar[1]), ("u", u, "0.35")]
+        names, sizes, colours = zip(*bars, strict=True)
+        axes.barh(names, sizes, color=colours)
         axes.set_title(name, fontsize=9)
         axes.set_xlabel("u / µm")
     return figure
