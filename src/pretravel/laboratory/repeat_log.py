@@ -475,7 +475,7 @@ def _two_levels(series: Sequence[LoggedSeries], told: Sequence[str]) -> list[str
             f"{one.name or 'the touches'}: {len(low)} and {len(high)} touches lie at two levels, "
             f"{gap / MICROMETRE:.1f} µm apart, in turn: fast and slow ones, two places, or a probe "
             "that seats in two ways? They are evaluated together. If they are not of one kind, "
-            "give a column that tells them apart"
+            "give a column that names their kind"
         )
     return found
 

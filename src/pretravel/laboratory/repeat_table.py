@@ -32,7 +32,7 @@ _DIFFERENCE = re.compile(
     r"\W*(?:delta|Δ|δ|dev\w*|diff\w*|abw\w*|[ée]cart|error|err|residual|scost\w*|desv\w*)\b",
     re.IGNORECASE,
 )
-"""Titles of columns that are computed from the reading beside them."""
+"""Titles of columns that are computed from the reading in the same row."""
 _OTHER = re.compile(
     r"\b(?:temp\w*|time|zeit|date|datum|force|feed\w*|speed|vorschub|humidity|volt\w*|tol\w*|"
     r"nom\w*|soll\w*|mean|average|avg|mittel\w*|range|sigma|std\w*|spindle|angle|winkel)\b|°",
@@ -266,7 +266,7 @@ def without_filled_in(values: FloatArray) -> BoolArray:
 
 
 def _named(title: str, cell: str) -> str:
-    """What tells rows apart: a word, or a number with the title of its column."""
+    """What distinguishes rows: a word, or a number with the title of its column."""
     return f"{title} {cell}" if _NUMBER.fullmatch(cell) else cell
 
 
