@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -63,9 +65,10 @@ def _samples(face: Face, points: np.ndarray) -> np.ndarray:
     return np.asarray(cKDTree(grid).query(points)[0])
 
 
-def test_the_nearest_point_of_a_blade(blades: Part) -> None:
+def test_the_nearest_point_of_a_blade(tmp_path: Path) -> None:
     """No point of a fine grid is nearer; the perpendicular meets within 1e-9 mm, except where the
     nearest point lies on the border of the parameters."""
+    blades = read_part(blades_around(tmp_path / "blades.step", 5))
     face = blades.faces[0]
     points = _around(blades)[:20]
     uv = face.nearest(points)
