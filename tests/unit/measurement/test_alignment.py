@@ -456,6 +456,17 @@ def test_points_onto_points() -> None:
     assert found.shift == pytest.approx(placement.shift, abs=1e-9)
 
 
+def test_points_of_a_plane_are_not_mirrored() -> None:
+    """A mirrored part fits them as well: see findings/trimesh_mirrored_alignment.sh."""
+    rng = np.random.default_rng(3)
+    points = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 60.0, 0.0], [0.0, 60.0, 0.0]])
+    for _ in range(20):
+        placement = random_placement(rng)
+        touched = placement.points(points) + rng.normal(0.0, 0.002, points.shape)
+        turned = placement_onto(points, touched).rotation - placement.rotation
+        assert np.abs(turned).max() < 5 * 0.002 / 30.0  # five errors at half the width
+
+
 def test_faces_that_are_known_are_kept() -> None:
     """A start between two faces: with known faces the answer is right."""
     rng, part, made = np.random.default_rng(13), bracket(), radius_alone(RADIUS)
