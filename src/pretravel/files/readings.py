@@ -17,7 +17,6 @@ from pretravel.files.file_format import (
 )
 from pretravel.files.format_registry import FORMATS, format_named, format_of
 from pretravel.files.logs.double_touches import with_passes, without_passes, without_searches
-from pretravel.files.logs.joining import join
 from pretravel.files.misses import named_misses
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_conditions import refuse_other_tip
@@ -316,6 +315,8 @@ def _with_one_normal(found: FilePositions, options: ReadingOptions) -> FileReadi
 
 def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
     """Join positions with the plan that was run."""
+    from pretravel.files.logs.joining import join
+
     if options.plan is None:
         raise InputError(
             "the file contains positions, but no normals: give the plan that was run and the tip's "

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pretravel.base import FloatArray, InputError
 from pretravel.files import (
@@ -24,8 +25,9 @@ from pretravel.files import (
     opened,
     read_text_table,
 )
-from pretravel.show import Document
-from pretravel.task.preview_report import preview_document
+
+if TYPE_CHECKING:
+    from pretravel.show import Document
 
 _LINES = 8
 """First lines of a text that are shown."""
@@ -68,6 +70,8 @@ class LookedAt:
 
     def document(self) -> Document:
         """The preview."""
+        from pretravel.task.preview_report import preview_document
+
         return preview_document(self.name, self.found, unit_known=self.unit_known)
 
 
