@@ -29,7 +29,7 @@ from pretravel.files.stated_normals import (
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import own_lines
 from pretravel.files.touches_csv import read_normals
-from pretravel.touches import Touches, without, word_fields
+from pretravel.touches import Touches, word_fields
 
 
 def read_readings(
@@ -95,7 +95,7 @@ def read_readings(
     if known in (CSV, PARQUET):  # their rows are excluded before they are read
         return readings
     names = [n if n in (readings.touches.labels or ()) else _line(n, file) for n in options.exclude]
-    return replace(readings, touches=without(readings.touches, names))
+    return replace(readings, touches=readings.touches.without(names))
 
 
 def touches_meant(
