@@ -26,10 +26,10 @@ from pretravel.design.fem.geometry import probe_solids
 from pretravel.design.fem.mesh import mesh_solids
 from pretravel.design.probing.tip import LateralTip, predicted_tip
 from pretravel.design.probing.touching import touch
+from pretravel.laboratory.measured_spheres import measured_sphere
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_spheres import measured_sphere
 from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe

@@ -68,6 +68,7 @@ from .files.touches_csv import read_plan as read_plan
 from .files.touches_csv import read_targets as read_targets
 from .files.touches_csv import read_touches as read_touches
 from .files.touches_csv import write_touches as write_touches
+from .laboratory.measured_spheres import measured_sphere as measured_sphere
 from .laboratory.rig.budget import abbe_error as abbe_error
 from .laboratory.rig.budget import thermal_components as thermal_components
 from .laboratory.rig.calibration import RigCalibration as RigCalibration
@@ -92,7 +93,6 @@ from .maps.provenance import QualificationSetup as QualificationSetup
 from .measurement.comparison import compare_corrections as compare_corrections
 from .measurement.compensation import apply as apply
 from .measurement.compensation import embed as embed
-from .measurement.measured_spheres import measured_sphere as measured_sphere
 from .measurement.point_errors import point_sources as point_sources
 from .measurement.points import Points as Points
 from .prediction.catalogue import load_probe as load_probe

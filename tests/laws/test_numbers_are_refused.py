@@ -20,7 +20,6 @@ from pretravel.laboratory.rig.trace import RigTouch
 from pretravel.laboratory.separation.plan import plan_separation
 from pretravel.laboratory.standards.standard_check import CalibratedSphere
 from pretravel.measurement.points import Points
-from pretravel.touches import with_feed
 from tests.support.example_maps import lobes
 from tests.support.monte_carlo import Input
 from tests.unit.qualification.test_verification import old_map, touches
@@ -183,7 +182,7 @@ CASES: dict[str, tuple[Callable[..., Any], dict[str, Any], str]] = {
          "reference_diameter": 25.0},
         "rotation",
     ),
-    "with_feed": (lambda feed: with_feed(TOUCHES, feed), {"feed": 50.0}, ""),
+    "with_feed": (lambda feed: TOUCHES.with_feed(feed), {"feed": 50.0}, ""),
     "Touches": (
         lambda x, nominal: pretravel.Touches(
             np.array([[x, 0.0, 0.0]]), N[:1], nominal_points=np.array([[nominal, 0.0, 0.0]])

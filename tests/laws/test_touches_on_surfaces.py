@@ -33,7 +33,7 @@ from pretravel.surface.local_geometry import Surface
 from pretravel.surface.parametric import Convex, FunctionSurface
 from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
 from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
-from pretravel.touches import Touches, moved
+from pretravel.touches import Touches
 from pretravel.touches.targets import Targets
 from tests.support.example_maps import lobes
 from tests.support.examples import EXAMPLES
@@ -491,8 +491,8 @@ class TestThereAndBack:
         run = simulate_some(probe, part, targets, setup=PartSetup(placement=place))
         assert run.touches is not None
         exact = response_map(probe, probe_response(probe), predict(probe, fibonacci_cap(400)))
-        machine = moved(run.touches, place)
-        back = moved(machine, place.inverse)
+        machine = run.touches.moved(place)
+        back = machine.moved(place.inverse)
         points = apply(back, exact.seen_from(place), nominal=part)
         assert np.abs(points.deviation).max() < 1e-6
         # Without the rotation of the part, the deviations are wrong.

@@ -33,7 +33,6 @@ from pretravel.files.machine import Machine, work_placement
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualifying import qualify
-from pretravel.touches import moved
 from pretravel.touches.targets import Targets
 from tests.machine.conftest import SIMULATOR, run_program, run_together
 from tests.support.linuxcnc_interpreter import interpret
@@ -427,7 +426,7 @@ class TestLogs:
         tool = read_tool(tmp_path / ".machine" / "machine.tbl", 1)
         assert (tool.number, tool.length, tool.diameter) == (1, 0.0, 6.0)
         # In machine coordinates the touch is where the sphere is.
-        there = moved(inch.touches, work)
+        there = inch.touches.moved(work)
         center = np.array([100.032, 50.041, -29.974])
         distance = float(np.linalg.norm(there.positions[0] - center))
         assert 15.49935 - 0.02 < distance < 15.49935

@@ -21,7 +21,6 @@ from pretravel.controls.program_log import FAULTS
 from pretravel.files.machine import work_placement
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualifying import qualify
-from pretravel.touches import moved
 from tests.machine.conftest import SIMULATOR, run_program
 from tests.support.simulated_probe import simulated_map, simulated_pretravel
 
@@ -419,7 +418,7 @@ class TestCycles:
         assert log.warnings == ()
         # The pole, and 12 on the equator: 5, 8, 11 on the rings at 22.5, 45, 67.5°.
         assert len(log.touches) == 1 + 5 + 8 + 11 + 12
-        found = qualify(moved(log.touches, log.placement), 25.0, tip_diameter=6.0, kind="harmonic")
+        found = qualify(log.touches.moved(log.placement), 25.0, tip_diameter=6.0, kind="harmonic")
         directions = ring_pattern(np.array([30.0, 60.0, 90.0]) * DEGREE, 20)
         off = found.pretravel_map.pretravel(directions) - simulated_pretravel(directions)
         # Of so few touches: what the map shows beyond that is not the log's.

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
+from pretravel.laboratory.measured_spheres import MeasuredSphere
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.measurement.measured_spheres import MeasuredSphere
 from pretravel.measurement.point_errors import PointErrors, errors_of_points, total_covariance
 from pretravel.measurement.points import Points
 from pretravel.touches import Touches

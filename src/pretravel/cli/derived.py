@@ -214,9 +214,6 @@ def deliver(task: Task, typed: Sequence[str] = ()) -> int:
     int
         The exit code.
     """
-    from pretravel.cli.showing import show
-    from pretravel.show import printable
-
     inputs = read_files(task)
     outputs = list(written_files(task))
     named = [(path, _endings(task, setting, path)) for setting, path in outputs]
@@ -243,10 +240,14 @@ def deliver(task: Task, typed: Sequence[str] = ()) -> int:
     if result.text:
         typer.echo(result.text, nl=False)
     if report is not None:
+        from pretravel.cli.showing import show
+
         verbose = getattr(task, "verbose", False)
         show(report if verbose else result.in_brief(report), verbose=verbose)
     else:
         for warning in result.cautions:
+            from pretravel.show import printable
+
             typer.echo(f"Warning: {printable(warning)}", err=True)
     if result.advice:
         typer.echo(result.advice)

@@ -19,7 +19,7 @@ from pretravel.controls.lookup import Lookup
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import LookupTable, lookup_table, lookup_table_within
 from pretravel.controls.steps import OF_OTHERS, Steps
-from pretravel.maps import PretravelMap, over_support
+from pretravel.maps import PretravelMap
 
 USUAL_TOLERANCE = 0.02 * MICROMETRE
 """Deviation of an interpolated table from the map that no measurement sees. [mm]"""
@@ -187,7 +187,7 @@ def _allowed_deviation(pretravel_map: PretravelMap, settings: ExportSettings) ->
     """Of a table from its map: the tolerance, or half of the map's u where none is given. [mm]"""
     if settings.form != "auto" or settings.tolerance is not None:
         return settings.largest_deviation
-    u = over_support(pretravel_map)[2]
+    u = pretravel_map.over_support()[2]
     return max(settings.largest_deviation, 0.5 * math.sqrt(float(np.mean(u**2))))
 
 

@@ -27,7 +27,7 @@ from pretravel.base import (
 )
 from pretravel.files.row_statements import RowStatement
 from pretravel.files.source_file import UNITS, SourceFile
-from pretravel.touches import Targets, Touches, moved, word_fields
+from pretravel.touches import Targets, Touches, word_fields
 
 if TYPE_CHECKING:
     from pretravel.measurement import Points
@@ -216,7 +216,7 @@ class FileReadings:
         """
         if not self.rotation:
             return self
-        return replace(self, touches=moved(self.touches, self.placement), rotation=0.0)
+        return replace(self, touches=self.touches.moved(self.placement), rotation=0.0)
 
     def notes(self) -> list[str]:
         """Return the warnings and the labels of the missed touches, as sentences."""

@@ -17,7 +17,6 @@ from pretravel.files.file_format import (
 )
 from pretravel.files.format_registry import FORMATS, format_named, format_of
 from pretravel.files.logs.double_touches import with_passes, without_passes, without_searches
-from pretravel.files.logs.joining import join
 from pretravel.files.misses import named_misses
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_conditions import refuse_other_tip
@@ -30,7 +29,7 @@ from pretravel.files.stated_normals import (
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import own_lines
 from pretravel.files.touches_csv import read_normals
-from pretravel.touches import Touches, without, word_fields
+from pretravel.touches import Touches, word_fields
 
 
 def read_readings(
@@ -97,7 +96,7 @@ def read_readings(
     if known in (CSV, PARQUET):  # their rows are excluded before they are read
         return readings
     names = [n if n in (readings.touches.labels or ()) else _line(n, file) for n in options.exclude]
-    return replace(readings, touches=without(readings.touches, names))
+    return replace(readings, touches=readings.touches.without(names))
 
 
 def touches_meant(
@@ -317,6 +316,8 @@ def _with_one_normal(found: FilePositions, options: ReadingOptions) -> FileReadi
 
 def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
     """Join positions with the plan that was run."""
+    from pretravel.files.logs.joining import join
+
     if options.plan is None:
         raise InputError(
             "the file contains positions, but no normals: give the plan that was run and the tip's "

@@ -20,8 +20,6 @@ from pretravel.touches import (
     Touches,
     copied_rows_warnings,
     rows_in_a_row_warnings,
-    with_spindle,
-    without,
 )
 
 _TABLES = (".csv", ".tsv", ".txt", ".xyz", ".asc", ".dat", ".log")
@@ -126,7 +124,7 @@ def read_series(
                 inputs=("exclude",),
             )
     names = [path.name for path in paths]
-    kept = without(touches, rest)
+    kept = touches.without(rest)
     if rest:
         kept = replace(kept, reading=f"{kept.reading}; then excluded: {', '.join(rest)}")
     return FileReadings(
@@ -176,7 +174,7 @@ def _at(readings: FileReadings, angle: float | None) -> FileReadings:
     """The readings with the orientation of the spindle, where one is given."""
     if angle is None:
         return readings
-    return replace(readings, touches=with_spindle(readings.touches, angle))
+    return replace(readings, touches=readings.touches.with_spindle(angle))
 
 
 def _is_line_of(name: str, path: Path) -> bool:

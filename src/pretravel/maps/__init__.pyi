@@ -50,7 +50,6 @@ from .observation import same_tip as same_tip
 from .pretravel_map import MapLike as MapLike
 from .pretravel_map import PretravelMap as PretravelMap
 from .pretravel_map import as_map as as_map
-from .pretravel_map import over_support as over_support
 from .provenance import AXIAL_PRETRAVEL as AXIAL_PRETRAVEL
 from .provenance import STEEL_EXPANSION as STEEL_EXPANSION
 from .provenance import USUAL_U_DIAMETER as USUAL_U_DIAMETER

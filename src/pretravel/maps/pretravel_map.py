@@ -43,7 +43,7 @@ from pretravel.maps.machine_terms import MachineTerms
 from pretravel.maps.observation import TouchedMeans
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
-from pretravel.touches import Touches, at_rest
+from pretravel.touches import Touches
 from pretravel.uncertainty import Covariance
 
 _CHUNK_VALUES = 4_000_000  # 32 MB of basis functions at a time
@@ -221,7 +221,7 @@ Touch the reference there too, or allow extrapolation.
             The map contains a signal delay, and the touches no feeds.
         """
         if self.delay is not None:
-            touches = at_rest(touches, self.delay)
+            touches = touches.at_rest(self.delay)
         return touches if self.machine is None else self.machine.taken_off(touches)
 
     def probe_directions(self, normals: npt.ArrayLike) -> FloatArray:
@@ -419,23 +419,18 @@ Touch the reference there too, or allow extrapolation.
                 inputs=("extrapolate",),
             )
 
+    def over_support(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The map in directions spread over all that it supports.
 
-def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """A map in directions spread over all that it supports.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    directions : (n, 3) float
-        Probe frame; the map's own nodes come first, of very many some thousands.
-    pretravel, standard_uncertainty : (n,) float each
-        [mm]
-    """
-    directions = pretravel_map.support.spread
-    return directions, *pretravel_map._evaluate(directions, with_uncertainty=True)
+        Returns
+        -------
+        directions : (n, 3) float
+            Probe frame; the map's own nodes come first, of very many some thousands.
+        pretravel, standard_uncertainty : (n,) float each
+            [mm]
+        """
+        directions = self.support.spread
+        return directions, *self._evaluate(directions, with_uncertainty=True)
 
 
 class HasMap(Protocol):

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pretravel.base import DEGREE, FloatArray, PretravelError, probe_rotation
-from pretravel.maps.pretravel_map import PretravelMap, over_support
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.touches import Touches
 
 SAME_ORIENTATION = 1.0
@@ -235,7 +235,7 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
 
 def error_of_a_turn(pretravel_map: PretravelMap) -> float:
     """Largest change of a map by half a turn of the spindle; 0 where it is within U. [mm]"""
-    directions, value, u = over_support(pretravel_map)
+    directions, value, u = pretravel_map.over_support()
     opposite = directions * [-1.0, -1.0, 1.0]
     inside = pretravel_map.support.supports(opposite)
     if not inside.any():

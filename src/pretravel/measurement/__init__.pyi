@@ -16,8 +16,6 @@ from .compensation import apply as apply
 from .compensation import apply_with_errors as apply_with_errors
 from .compensation import distances_from_reference as distances_from_reference
 from .compensation import embed as embed
-from .measured_spheres import MeasuredSphere as MeasuredSphere
-from .measured_spheres import measured_sphere as measured_sphere
 from .missed_points import MissedPoints as MissedPoints
 from .missed_points import missed_points as missed_points
 from .missed_points import missed_points_of_features as missed_points_of_features

@@ -12,15 +12,11 @@ import numpy.typing as npt
 from pretravel.base import FloatArray, PretravelError, frozen, unit
 from pretravel.uncertainty import (
     FLAT,
-    TorusParameters,
     about_axis,
     across,
     checked_points,
-    fit_cone,
-    fit_cylinder,
     fit_plane,
     fit_sphere,
-    fit_torus,
 )
 
 OUT_OF_PLANE = 0.05
@@ -259,6 +255,8 @@ def _refuse_one_height(height: FloatArray, radius: float, name: str) -> None:
 
 
 def _cylinder(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    from pretravel.uncertainty import fit_cylinder
+
     fit = fit_cylinder(p, axis)
     _refuse_one_height((p - fit.point) @ fit.axis, fit.radius, "cylinder")
     direction = fit.axis if axis is None or fit.axis @ axis > 0.0 else -fit.axis
@@ -288,6 +286,8 @@ def _cylinder_at(
 
 
 def _cone(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    from pretravel.uncertainty import fit_cone
+
     fit = fit_cone(p, axis)
     _refuse_one_height((p - fit.point) @ fit.axis, fit.radius, "cone")
     return _cone_at(p, fit.point, fit.axis, (fit.radius, fit.half_angle), at)
@@ -338,6 +338,8 @@ def _cone_at(
 
 def _torus(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
     del at
+    from pretravel.uncertainty import fit_torus
+
     fit = fit_torus(p, axis)
     direction = fit.axis if axis is None or fit.axis @ axis > 0.0 else -fit.axis
     return _torus_at(p, fit.center, direction, (fit.ring_radius, fit.tube_radius))
@@ -346,6 +348,8 @@ def _torus(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Ass
 def _torus_at(
     p: FloatArray, center: FloatArray, axis: FloatArray, size: tuple[float, float]
 ) -> Association:
+    from pretravel.uncertainty import TorusParameters
+
     torus, sideways = TorusParameters(center, axis, *size), across(axis)
     return Association(
         points=p,

@@ -25,7 +25,6 @@ from pretravel.maps import (
     WozniakBasis,
     as_map,
     equator,
-    over_support,
     resampled_sectors,
     touched_sectors,
 )
@@ -141,7 +140,7 @@ def compare_corrections(
     """
     pretravel_map = as_map(pretravel_map)
     azimuth = np.arange(0.0, 360.0, 1.0)
-    spread, _, u_of_spread = over_support(pretravel_map)
+    spread, _, u_of_spread = pretravel_map.over_support()
     spread = spread @ pretravel_map.rotation.T
     # A map has cusps between lobes: the extremes are also sought where a qualification seeks them.
     more = {"all": spread, "equator": from_angles(0.5 * np.pi, azimuth_angle(spread))}

@@ -34,7 +34,6 @@ from pretravel.touches import (
     Touches,
     TouchesLike,
     as_touches,
-    at_rest,
     refuse_glancing,
     refuse_several,
 )
@@ -329,7 +328,7 @@ def embed(
         feeds=None if feeds is None else as_numbers(feeds, "feeds"),
     )
     if feeds is not None and pretravel_map.delay is not None:
-        touches = at_rest(touches, -pretravel_map.delay)
+        touches = touches.at_rest(-pretravel_map.delay)
     machine = pretravel_map.machine
     return touches if machine is None else machine.taken_off(touches, sign=-1.0)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, SECONDS_PER_MINUTE, FloatArray, PretravelError
 from pretravel.maps import HarmonicMapFit, Observation, Scatter, fit_harmonic
-from pretravel.touches import Touches, at_rest
+from pretravel.touches import Touches
 
 SAME_FEED = 0.01
 """Feeds that differ by less than this, relatively, are one feed."""
@@ -131,7 +131,7 @@ def separated_delay(
         total += found.delay
         if math.isinf(found.u_delay) or abs(found.delay) < 0.01 * found.u_delay:
             break
-        current = replace(observation, positions=at_rest(touches, total).positions @ rotation)
+        current = replace(observation, positions=touches.at_rest(total).positions @ rotation)
     delay = replace(found, delay=total)
     if delay.u_delay * travel > COSTLY:
         warning = (

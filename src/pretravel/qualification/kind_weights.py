@@ -16,7 +16,6 @@ from pretravel.maps import (
     Observation,
     PretravelMap,
     averaged_map,
-    over_support,
 )
 from pretravel.qualification.qualification import KindScore, PreparedTouches, Qualification
 
@@ -251,7 +250,7 @@ def _disagreement(results: Sequence[Qualification], parts: Sequence[KindScore]) 
     if parts[1].weight < _DOUBT:
         return []
     first, second = (result.pretravel_map for result in results)
-    directions, value, u = over_support(first)
+    directions, value, u = first.over_support()
     normals = directions @ first.rotation.T
     other, u_other = second.pretravel_and_uncertainty(normals, extrapolate=True)
     shift = (results[0].center - results[1].center) @ first.rotation

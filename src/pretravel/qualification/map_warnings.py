@@ -12,7 +12,6 @@ from pretravel.maps import (
     PretravelMap,
     Scatter,
     hidden_lobes,
-    over_support,
     some_directions,
 )
 
@@ -119,7 +118,7 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             "the tip's diameter was not given: the map is relative to its mean, and the centre's "
             "height along the axis is that of the least-squares sphere, usually 5 to 15 µm off"
         )
-    directions, value, u = over_support(pretravel_map)
+    directions, value, u = pretravel_map.over_support()
     lowest, highest = int(np.argmin(value)), int(np.argmax(value))
     if observation.tip_known and value[lowest] < -BEFORE_CONTACT - 3.0 * u[lowest]:
         found.append(

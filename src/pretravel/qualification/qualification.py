@@ -26,7 +26,6 @@ from pretravel.maps import (
     Observation,
     PretravelMap,
     QualificationSetup,
-    over_support,
 )
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.machine_effects import MachineEffects
@@ -234,7 +233,7 @@ class Qualification(ShownInNotebooks, WithPlot):
             return f"touch {_USUAL_DIRECTIONS} directions, three times each, for a smaller u"
         if made.single_touch > POOR_PROBE:
             return "find out why touches scatter: loose stylus, vibration, dirt, a worn probe"
-        directions, _, u = over_support(made)
+        directions, _, u = made.over_support()
         if u.max() > _UNEVEN * np.sqrt(np.mean(u**2)) and u.max() > made.single_touch:
             worst = describe(directions[int(np.argmax(u))])
             return f"also touch {worst}, where u of the map is largest"
@@ -263,7 +262,7 @@ def part_point_budget(result: Qualification) -> Budget:
         In mm: scatter of a touch, map (root mean square over its directions), reference.
     """
     made = result.pretravel_map
-    u_map = float(np.sqrt(np.mean(over_support(made)[2] ** 2)))
+    u_map = float(np.sqrt(np.mean(made.over_support()[2] ** 2)))
     return Budget(
         _stated(
             Component("repeatability", "A", made.repeatability, dof=_dof(result)),

@@ -63,7 +63,6 @@ from pretravel.touches import (
     Touches,
     TouchesLike,
     as_touches,
-    at_rest,
     copied_readings,
     refuse_several,
 )
@@ -268,7 +267,7 @@ def prepare(
     whole = observe(touches, setup, rotation)
     delay, notes = separated_delay(touches, whole, rotation)
     if delay is not None:
-        touches = at_rest(touches, delay.delay)
+        touches = touches.at_rest(delay.delay)
         whole = observed_again(touches, whole, setup, rotation)
     # What the machine added: the step of the latch, drift, hysteresis.
     _LOG.info("drift and hysteresis")
@@ -458,7 +457,7 @@ def _effect_of_delay(
     if ready.delay is None:
         return None, np.zeros(3), 0.0
     u_delay, touches = ready.delay.u_delay, ready.touches.take(ready.used)
-    later = at_rest(touches, u_delay).positions @ ready.rotation
+    later = touches.at_rest(u_delay).positions @ ready.rotation
     again = kind.refit(fit, replace(fit.observation, positions=later))
     if again is None:
         mean = -u_delay * float(np.mean(travel_per_second(touches)))

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, SECONDS_PER_MINUTE, FloatArray
-from pretravel.maps import PretravelMap, QualificationSetup, over_support
+from pretravel.maps import PretravelMap, QualificationSetup
 from pretravel.qualification.change_tests import TouchesAndMap, separable_columns
 from pretravel.qualification.delay import SignalDelay, several_feeds, travel_per_second
 from pretravel.qualification.drifts import DailyQuantity
@@ -198,7 +198,7 @@ def day_quantities(
         [ms]; of the delay less that of the map. A delay changes the pretravel by its travel at the
         fastest feed of the touches.
     """
-    directions, value, _ = over_support(pretravel_map)
+    directions, value, _ = pretravel_map.over_support()
     steepest = float(np.abs(slope_around_axis(pretravel_map, directions)).max())
     spread = float(np.abs(value - value.mean()).max())
     feeds = [one.feed for one in terms if math.isfinite(one.feed)]

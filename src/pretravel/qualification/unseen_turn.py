@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, probe_rotation
-from pretravel.maps import Observation, PretravelMap, over_support
+from pretravel.maps import Observation, PretravelMap
 from pretravel.qualification.change_tests import (
     TESTS,
     TouchesAndMap,
@@ -104,7 +104,7 @@ def _largest(
     pretravel_map: PretravelMap, axes: int, u_of_direction: float, rate: float
 ) -> UnseenTurn | None:
     """The turn that changes the map most; None where that is not much compared with the noise."""
-    directions, value, _ = over_support(pretravel_map)
+    directions, value, _ = pretravel_map.over_support()
     changes = np.array(
         [_change(pretravel_map, directions, value, axes, angle) for angle in _ANGLES]
     )

@@ -2,9 +2,6 @@
 
 from .budget_report import budget_section as budget_section
 from .budget_report import budget_table as budget_table
-from .budget_report import budgets_data as budgets_data
-from .budget_report import expanded_figure as expanded_figure
-from .budget_report import sphere_section as sphere_section
 from .example_data import example_folder as example_folder
 from .fields import UPRIGHT as UPRIGHT
 from .fields import Approach as Approach
@@ -56,10 +53,7 @@ from .listed import GROUPS as GROUPS
 from .listed import PLACES as PLACES
 from .listed import SUBCOMMANDS as SUBCOMMANDS
 from .listed import task_named as task_named
-from .look import ColumnsOfTable as ColumnsOfTable
 from .look import LookedAt as LookedAt
-from .look import columns_of_table as columns_of_table
-from .look import first_lines as first_lines
 from .look import format_of_touches as format_of_touches
 from .look import look_at_touches as look_at_touches
 from .map_argument import map_or_prediction as map_or_prediction

@@ -1,19 +1,13 @@
-"""Uncertainty budgets as tables, and a measured sphere with the budget of its diameter."""
+"""Uncertainty budgets as tables."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from pretravel.base import MICROMETRE
-from pretravel.show import Column, KeyFigure, Section, Table, decimals, number_text, significant
+from pretravel.show import Column, Section, Table, decimals, number_text, significant
 from pretravel.uncertainty import Budget
-
-if TYPE_CHECKING:
-    from pretravel.measurement import MeasuredSphere
 
 _MANY_DOF = 10_000.0
 """Above it, their number is no statement: k differs from 2 by less than 0.0002."""
@@ -80,26 +74,6 @@ def _shown_dof(dof: float) -> float | str:
     return "many" if _MANY_DOF < dof < math.inf else dof
 
 
-def budgets_data(budgets: Sequence[Budget]) -> Table:
-    """Budgets of lengths for programs: combined and expanded uncertainty, k, degrees of freedom.
-
-    >>> from pretravel.uncertainty.gum import Component
-    >>> table = budgets_data([Budget((Component("scale", "B", 3e-4),), "diameter")])
-    >>> [column.values[0] for column in table.columns[:2]]
-    ['diameter', 0.3]
-    """
-    return Table.of(
-        {
-            "result": [budget.result for budget in budgets],
-            "combined_um": [budget.combined / MICROMETRE for budget in budgets],
-            "expanded_um": [budget.expanded() / MICROMETRE for budget in budgets],
-            "coverage_factor": [budget.coverage_factor() for budget in budgets],
-            "degrees_of_freedom": [budget.effective_dof for budget in budgets],
-        },
-        "Budgets",
-    )
-
-
 def _numbers(budget: Budget, key: str, factor: float = 1.0) -> list[float]:
     """A column of a budget; its last two cells, combined and expanded, are empty."""
     return [*(factor * float(row[key]) for row in budget.rows()), math.nan, math.nan]
@@ -109,39 +83,9 @@ def _coverage_text(budget: Budget) -> str:
     return f"k {number_text(budget.coverage_factor())}"
 
 
-def expanded_figure(name: str, budget: Budget, remark: str) -> KeyFigure:
-    """The expanded uncertainty of a budget as a key figure."""
-    return KeyFigure(
-        name,
-        budget.expanded() / MICROMETRE,
-        "µm",
-        decimals(3),
-        remark=f"k = {number_text(budget.coverage_factor())}, about 95 %; {remark}",
-    )
-
-
 def budget_section(budgets: Sequence[Budget]) -> tuple[Section, ...]:
     """Budgets as tables under one heading, for the full report; none where there are none."""
     if not budgets:
         return ()
     tables = tuple(budget_table(budget, title=budget.result) for budget in budgets)
     return (Section("Uncertainty budget", tables=tables, detail=True, certificate=True),)
-
-
-def sphere_section(sphere: MeasuredSphere) -> Section:
-    """A measured sphere with the budget of its diameter."""
-    u = np.sqrt(np.maximum(np.diag(sphere.covariance)[:3], 0.0)) / MICROMETRE
-    return Section(
-        "The sphere through all touches, compensated",
-        figures=(
-            KeyFigure(
-                "centre", tuple(sphere.fit.center.tolist()), "mm", decimals(5),
-                tuple(u.tolist()), "µm", decimals(2),
-            ),
-            KeyFigure("diameter", sphere.diameter, "mm", decimals(6)),
-            expanded_figure("expanded U", sphere.budget, "of the diameter"),
-            KeyFigure("measured range", sphere.fit.form / MICROMETRE, "µm", decimals(3),
-                      remark="of the residuals, noise included: not the form of the sphere"),
-        ),
-        tables=(budget_table(sphere.budget, title="Uncertainty of the diameter"),),
-    )  # fmt: skip

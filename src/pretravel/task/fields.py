@@ -627,14 +627,13 @@ class TouchFiles(TouchTables):
             Orientation of the spindle in each file. [rad]
         """
         from pretravel.files import read_series
-        from pretravel.touches import with_feed
 
         known = file_format or (None if self.columns else self.file_format)
         readings = read_series(self.files, options, file_format=known, spindle=spindle)
         if readings.touches.reading:
             progress.say(f"read: {readings.touches.reading}")
         feed = getattr(self, "feed", None)
-        return replace(readings, touches=with_feed(readings.touches, feed))
+        return replace(readings, touches=readings.touches.with_feed(feed))
 
 
 FeedOfTouches: TypeAlias = Annotated[

@@ -390,6 +390,146 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
             **word_fields({n: tuple(each[i] for i in index) for n, each in self.words.items()}),
         )
 
+    def without(self, names: Sequence[str]) -> Touches:
+        """Touches without those of the given labels or lines.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Each the label of a touch, or the number of a line of the file. A label comes first.
+
+        Returns
+        -------
+        Touches
+
+        Raises
+        ------
+        PretravelError
+            A name that no touch has.
+
+        >>> up = [[0, 0, 1]] * 3
+        >>> three = Touches(up, up, labels=("a", "b", "c"), lines=(2, 3, 4))
+        >>> three.without(["b", "4"]).labels
+        ('a',)
+        """
+        kept = np.ones(len(self), dtype=bool)
+        labels = self.labels or ("",) * len(self)
+        lines = tuple(range(1, len(self) + 1)) if self.lines is None else self.lines
+        for name in names:
+            rows = [row for row, label in enumerate(labels) if label == name]
+            if not rows:
+                rows = [row for row, line in enumerate(lines) if str(line) == name]
+            if not rows:
+                raise PretravelError(
+                    f"there is no touch with the label or on the line '{name}'", inputs=("exclude",)
+                )
+            kept[rows] = False
+        if not kept.any():
+            raise PretravelError("all touches are excluded", inputs=("exclude",))
+        return self.take(kept)
+
+    def at_rest(self, delay: float) -> Touches:
+        """The same touches without the travel of the machine during the signal delay.
+
+        Parameters
+        ----------
+        delay : float
+            Signal delay. [s]
+
+        Returns
+        -------
+        Touches
+            Positions moved back along their approaches by feed times delay. A negative delay adds
+            that travel.
+
+        Raises
+        ------
+        PretravelError
+            The touches contain no feeds.
+
+        >>> touch = Touches([[0.0, 0.0, 2.98]], [[0.0, 0.0, 1.0]], feeds=[60.0])
+        >>> touch.at_rest(0.010).positions.round(9).tolist()
+        [[0.0, 0.0, 2.99]]
+        """
+        travel = travel_of_delay(self.feeds, delay)
+        return replace(self, positions=self.positions - travel[:, None] * self.approach_directions)
+
+    def with_feed(self, feed: float | None) -> Touches:
+        """The same touches with a feed, where they contain none.
+
+        Parameters
+        ----------
+        feed : float or None
+            None returns the touches as they are. [mm/min]
+
+        Raises
+        ------
+        PretravelError
+            The touches contain feeds already; the feed is not positive.
+
+        >>> Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]).with_feed(50.0).feeds.tolist()
+        [50.0]
+        """
+        if feed is None:
+            return self
+        if self.feeds is not None:
+            raise PretravelError(
+                "the file already contains the feed of each touch: leave out the feed that you "
+                "gave",
+                inputs=("feed",),
+            )
+        checked(feed, "the feed", FEED, inputs=("feed",))
+        return replace(self, feeds=np.full(len(self), feed))
+
+    def with_spindle(self, angle: float) -> Touches:
+        """The same touches with the orientation of the spindle at which they were made.
+
+        Parameters
+        ----------
+        angle : float
+            Counter-clockwise about the probe's +z. [rad]
+
+        Raises
+        ------
+        PretravelError
+            The touches state orientations already.
+
+        >>> Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]).with_spindle(0.5).spindle.tolist()
+        [0.5]
+        """
+        if self.spindle is not None:
+            raise PretravelError(
+                "the file already contains the orientation of the spindle of each touch (column "
+                "spindle_deg): leave out the orientation that you gave",
+                inputs=("spindle",),
+            )
+        return replace(self, spindle=np.full(len(self), angle))
+
+    def moved(self, placement: Placement) -> Touches:
+        """The same touches in another frame.
+
+        Parameters
+        ----------
+        placement : Placement
+            Of the part in the machine, from the frame of the part; its inverse transforms back.
+
+        Returns
+        -------
+        Touches
+
+        >>> up = Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])
+        >>> up.moved(Placement(shift=np.array([1.0, 0.0, 0.0]))).positions.tolist()
+        [[1.0, 0.0, 3.0]]
+        """
+        nominal = self.nominal_points
+        return replace(
+            self,
+            positions=placement.points(self.positions),
+            normals=placement.vectors(self.normals),
+            approaches=placement.vectors(self.approach_directions),
+            nominal_points=None if nominal is None else placement.points(nominal),
+        )
+
 
 def word_fields(words: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
     """Words by their columns as fields of `Touches`.
@@ -489,45 +629,6 @@ def _where(touches: Touches, row: int) -> str:
     return touches.where(row) if touches.lines is None else f"line {touches.lines[row]}"
 
 
-def without(touches: Touches, names: Sequence[str]) -> Touches:
-    """Touches without those of the given labels or lines.
-
-    Parameters
-    ----------
-    touches : Touches
-    names : sequence of str
-        Each the label of a touch, or the number of a line of the file. A label comes first.
-
-    Returns
-    -------
-    Touches
-
-    Raises
-    ------
-    PretravelError
-        A name that no touch has.
-
-    >>> three = Touches([[0, 0, 1]] * 3, [[0, 0, 1]] * 3, labels=("a", "b", "c"), lines=(2, 3, 4))
-    >>> without(three, ["b", "4"]).labels
-    ('a',)
-    """
-    kept = np.ones(len(touches), dtype=bool)
-    labels = touches.labels or ("",) * len(touches)
-    lines = tuple(range(1, len(touches) + 1)) if touches.lines is None else touches.lines
-    for name in names:
-        rows = [row for row, label in enumerate(labels) if label == name]
-        if not rows:
-            rows = [row for row, line in enumerate(lines) if str(line) == name]
-        if not rows:
-            raise PretravelError(
-                f"there is no touch with the label or on the line '{name}'", inputs=("exclude",)
-            )
-        kept[rows] = False
-    if not kept.any():
-        raise PretravelError("all touches are excluded", inputs=("exclude",))
-    return touches.take(kept)
-
-
 def travel_of_delay(feeds: FloatArray | None, delay: float) -> FloatArray:
     """Travel of the machine during the signal delay of each touch, (n,). [mm]
 
@@ -555,37 +656,6 @@ def travel_of_delay(feeds: FloatArray | None, delay: float) -> FloatArray:
     return delay_travel(np.asarray(feeds, dtype=np.float64), delay)
 
 
-def at_rest(touches: Touches, delay: float) -> Touches:
-    """The same touches without the travel of the machine during the signal delay.
-
-    Parameters
-    ----------
-    touches : Touches
-        They contain their feeds.
-    delay : float
-        Signal delay. [s]
-
-    Returns
-    -------
-    Touches
-        Positions moved back along their approaches by feed times delay. A negative delay adds
-        that travel.
-
-    Raises
-    ------
-    PretravelError
-        The touches contain no feeds.
-
-    >>> touch = Touches([[0.0, 0.0, 2.98]], [[0.0, 0.0, 1.0]], feeds=[60.0])
-    >>> at_rest(touch, 0.010).positions.round(9).tolist()
-    [[0.0, 0.0, 2.99]]
-    """
-    travel = travel_of_delay(touches.feeds, delay)
-    return replace(
-        touches, positions=touches.positions - travel[:, None] * touches.approach_directions
-    )
-
-
 def _refuse_far(points: FloatArray, where: Callable[[int], str], what: str) -> None:
     """Refuse points that are not finite, or farther away than any machine reaches."""
     bad = np.flatnonzero(~(np.abs(points) <= COORDINATE.highest).all(axis=1))
@@ -594,85 +664,3 @@ def _refuse_far(points: FloatArray, where: Callable[[int], str], what: str) -> N
         finite = np.isfinite(points[row]).all()
         problem = f"the {what} is {'farther than a kilometre' if finite else 'not finite'}"
         raise RowError(f"{where(row)}: {problem}", row, in_file=problem)
-
-
-def with_feed(touches: Touches, feed: float | None) -> Touches:
-    """The same touches with a feed, where they contain none.
-
-    Parameters
-    ----------
-    touches : Touches
-    feed : float or None
-        None returns the touches as they are. [mm/min]
-
-    Raises
-    ------
-    PretravelError
-        The touches contain feeds already; the feed is not positive.
-
-    >>> with_feed(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]), 50.0).feeds.tolist()
-    [50.0]
-    """
-    if feed is None:
-        return touches
-    if touches.feeds is not None:
-        raise PretravelError(
-            "the file already contains the feed of each touch: leave out the feed that you gave",
-            inputs=("feed",),
-        )
-    checked(feed, "the feed", FEED, inputs=("feed",))
-    return replace(touches, feeds=np.full(len(touches), feed))
-
-
-def with_spindle(touches: Touches, angle: float) -> Touches:
-    """The same touches with the orientation of the spindle at which they were made.
-
-    Parameters
-    ----------
-    touches : Touches
-    angle : float
-        Counter-clockwise about the probe's +z. [rad]
-
-    Raises
-    ------
-    PretravelError
-        The touches state orientations already.
-
-    >>> with_spindle(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]]), 0.5).spindle.tolist()
-    [0.5]
-    """
-    if touches.spindle is not None:
-        raise PretravelError(
-            "the file already contains the orientation of the spindle of each touch (column "
-            "spindle_deg): leave out the orientation that you gave",
-            inputs=("spindle",),
-        )
-    return replace(touches, spindle=np.full(len(touches), angle))
-
-
-def moved(touches: Touches, placement: Placement) -> Touches:
-    """The same touches in another frame.
-
-    Parameters
-    ----------
-    touches : Touches
-        In the frame of a part.
-    placement : Placement
-        Placement of the part in the machine; its inverse transforms back.
-
-    Returns
-    -------
-    Touches
-
-    >>> up = Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])
-    >>> moved(up, Placement(shift=np.array([1.0, 0.0, 0.0]))).positions.tolist()
-    [[1.0, 0.0, 3.0]]
-    """
-    nominal = touches.nominal_points
-    return replace(
-        touches,
-        positions=placement.points(touches.positions),
-        normals=placement.vectors(touches.normals),
-        approaches=placement.vectors(touches.approach_directions),
-        nominal_points=None if nominal is None else placement.points(nominal),
-    )

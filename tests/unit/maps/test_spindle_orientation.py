@@ -23,14 +23,14 @@ from pretravel.qualification.change_causes import Cause
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.verification import verify
-from pretravel.touches import Touches, with_spindle
+from pretravel.touches import Touches
 from tests.support.example_maps import mean_map
 
 
 @cache
 def _qualified(at: float | None) -> PretravelMap:
     touches = _reference()
-    stated = touches if at is None else with_spindle(touches, np.radians(at))
+    stated = touches if at is None else touches.with_spindle(np.radians(at))
     return qualify(stated, 25.0, tip_diameter=6.0, kind="harmonic").pretravel_map
 
 
@@ -69,18 +69,18 @@ def test_touches_at_several_orientations_are_not_one_map() -> None:
 ])  # fmt: skip
 def test_another_orientation_is_refused(command) -> None:  # type: ignore[no-untyped-def]
     made, touches = _qualified(0.0), scene_of(Job("baseline", 4, "harmonic")).later_touches
-    command(with_spindle(touches, np.radians(-0.9)), made)
+    command(touches.with_spindle(np.radians(-0.9)), made)
     command(touches, made)
     with pytest.raises(
         PretravelError, match=r"spindle turned to 180° \(75 such touches\), the map"
     ):
-        command(with_spindle(touches, np.pi), made)
+        command(touches.with_spindle(np.pi), made)
 
 
 def test_touches_at_several_orientations_are_not_of_a_map_that_states_none() -> None:
     made, touches = _qualified(None), scene_of(Job("baseline", 4, "harmonic")).later_touches
     turns = np.radians(np.where(np.arange(len(touches)) < 40, 0.0, 180.0))
-    apply(with_spindle(touches, np.pi), made)
+    apply(touches.with_spindle(np.pi), made)
     with pytest.raises(PretravelError, match=r"turns among the touches \(to 180° at"):
         apply(replace(touches, spindle=turns), made)
 

@@ -17,7 +17,7 @@ from pretravel.base.units import DEGREE
 from pretravel.files.map_file import write_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
-from pretravel.maps.pretravel_map import PretravelMap, over_support
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.sector_tables import touched_sectors
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.comparison import (
@@ -150,7 +150,7 @@ class TestComparison:
     def test_extremes_and_u_are_those_of_a_qualification(self) -> None:
         """Of a map with cusps, whose largest value lies between whole degrees of azimuth."""
         pretravel_map = example_map("physical")
-        _, value, u = over_support(pretravel_map)
+        _, value, u = pretravel_map.over_support()
         result = compare_corrections(pretravel_map)
         (alone,) = (r for r in result.rows if (r.method, r.where) == (UNCORRECTED, "all"))
         assert alone.largest == pytest.approx(np.abs(value).max(), rel=1e-9)

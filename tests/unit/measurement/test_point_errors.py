@@ -12,12 +12,12 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
 from pretravel.base.frames import probe_rotation
 from pretravel.files.touches_csv import read_touches
+from pretravel.laboratory.measured_spheres import measured_sphere
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement import point_errors
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_spheres import measured_sphere
 from pretravel.measurement.point_errors import (
     PointErrors,
     budget_of_variances,

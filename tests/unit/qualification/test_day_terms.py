@@ -14,7 +14,7 @@ from pretravel.base.directions import fibonacci_cap
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
-from pretravel.maps.pretravel_map import PretravelMap, over_support
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.terms_of_days import (
     _MEAN_ROOT,
@@ -26,7 +26,7 @@ from pretravel.qualification.terms_of_days import (
     radius_beside,
 )
 from pretravel.qualification.verification import touches_beside_map
-from pretravel.touches import Touches, at_rest
+from pretravel.touches import Touches
 from tests.support.lobed_map import COEFFICIENTS, SETUP, TERMS, UM, N, lobed_map, lobed_touches
 from tests.unit.qualification.test_verification import old_map, touches
 
@@ -152,7 +152,7 @@ def test_a_day_with_its_own_delay_is_that_of_the_touches_at_rest() -> None:
     found = day_terms(given, old, SETUP)
     assert found.delay == pytest.approx(6e-3, abs=4.0 * found.u_delay)
     assert found.feed == 240.0
-    still = replace(at_rest(given, found.delay), feeds=None)
+    still = replace(given.at_rest(found.delay), feeds=None)
     rest = day_terms(still, replace(old, delay=None, u_delay=0.0, feed=None), SETUP)
     for name in ("level", "scale", "turn", "form", "u_scale", "u_turn", "u_form"):
         assert getattr(found, name) == pytest.approx(getattr(rest, name), rel=1e-6, abs=1e-9)
@@ -199,7 +199,7 @@ def test_quantities_of_days_in_their_units_and_what_they_change() -> None:
     c, s = math.cos(1e-4), math.sin(1e-4)
     turned = dense @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     slope = (HarmonicBasis(TERMS).design(turned) @ COEFFICIENTS - value) / 1e-4
-    spread = HarmonicBasis(TERMS).design(over_support(made)[0]) @ COEFFICIENTS
+    spread = HarmonicBasis(TERMS).design(made.over_support()[0]) @ COEFFICIENTS
     spread = np.abs(spread - spread.mean())
     assert scale.share == pytest.approx(0.01 * spread.max(), rel=1e-6)
     assert turn.share == pytest.approx(DEGREE * np.abs(slope).max(), rel=0.02)

@@ -29,7 +29,7 @@ from pretravel.qualification.delay import several_feeds, signal_delay, travel_pe
 from pretravel.qualification.observe import observe
 from pretravel.qualification.qualifying import prepare
 from pretravel.qualification.verification import verify
-from pretravel.touches import Touches, at_rest
+from pretravel.touches import Touches
 
 # One kind, and a perfect sphere: the average of kinds and the usual u have tests of their own.
 qualify = partial(
@@ -280,7 +280,7 @@ def test_the_delays_share_of_the_centre() -> None:
     touches = _touches(np.random.default_rng(1))
     two = qualify(touches, 25.0, tip_diameter=6.0, search_outliers=False)
     assert two.delay is not None
-    still = at_rest(touches, two.delay.delay)
+    still = touches.at_rest(two.delay.delay)
     one = qualify(replace(still, feeds=None), 25.0, tip_diameter=6.0, search_outliers=False)
     share = delay_travel(100.0, two.delay.u_delay)
     for first, second in (

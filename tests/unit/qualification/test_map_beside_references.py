@@ -27,7 +27,7 @@ from pretravel.qualification.reference_fit import fit_references
 from pretravel.qualification.references import Reference
 from pretravel.qualification.round_references import qualified_beside_others
 from pretravel.qualification.verification import verify
-from pretravel.touches import Touches, moved
+from pretravel.touches import Touches
 
 BALL = Reference("ball", "sphere", (25.0,), 0.2e-3)
 BLOCK = Reference("block", "block", LENGTHS, 0.3e-3)
@@ -166,7 +166,7 @@ def test_a_turned_part_and_the_inverse() -> None:
     made, touches = _made(0)
     place = parse_placement("120,-40,15,10,-20,35")
     points = apply(touches, made)
-    in_part = apply(moved(touches, place.inverse), made.seen_from(place))
+    in_part = apply(touches.moved(place.inverse), made.seen_from(place))
     assert place.points(in_part.positions) == pytest.approx(points.positions, abs=1e-9)
     assert in_part.standard_uncertainty == pytest.approx(points.standard_uncertainty, rel=1e-9)
     again = embed(points.positions, points.normals, made)

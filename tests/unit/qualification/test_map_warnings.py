@@ -13,7 +13,7 @@ from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
-from pretravel.maps.pretravel_map import PretravelMap, over_support
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.map_warnings import (
     copy_warnings,
@@ -90,7 +90,7 @@ def test_the_places_of_extremes_are_said() -> None:
     slope = 1.0 / float(_map(0.0, 1.0).pretravel([[0.0, 0.0, 1.0]])[0])
     level = 1.0 / float(_map(1.0).pretravel([[0.0, 0.0, 1.0]])[0])
     said = map_warnings(_map(-0.01 * level, 0.13 * slope), _seen())
-    places = over_support(_map())[0]
+    places = _map().over_support()[0]
     highest, lowest = (places[pick(places[:, 2])] for pick in (np.argmax, np.argmin))
     assert f"at {describe(lowest)}, but no probe" in said[0]
     assert f"at {describe(highest)}; probes deflect" in said[1]
@@ -102,7 +102,7 @@ def test_u_grows_between_the_touches(ratio: float, grows: bool) -> None:
     low = NODES[NODES[:, 2] < 0.5]
     u = 20.0 * UM
     known = _map(0.01, 0.0, 0.0, u)
-    largest = float(over_support(known)[2].max())
+    largest = float(known.over_support()[2].max())
     at = float(known.standard_uncertainty(low).max())
     for single in (0.0, 1.0):
         # The limit is five times the larger one of u at the touches and one touch.
@@ -126,9 +126,9 @@ def test_a_turned_map_is_looked_at_in_its_own_frame() -> None:
     """Directions, values and u are those of the same map on an upright probe."""
     upright = _map(0.01, 0.005, 1e-4, 2e-4)
     turned = replace(upright, rotation=probe_rotation((0.6, 0.0, 0.8), rotation=0.7))
-    for one, other in zip(over_support(upright), over_support(turned), strict=True):
+    for one, other in zip(upright.over_support(), turned.over_support(), strict=True):
         assert one == pytest.approx(other, abs=1e-12)
-    directions, value, u = over_support(upright)
+    directions, value, u = upright.over_support()
     assert value == pytest.approx(upright.pretravel(directions), abs=1e-15)
     assert u == pytest.approx(upright.standard_uncertainty(directions), abs=1e-15)
     assert directions[:40] == pytest.approx(NODES)

@@ -18,7 +18,7 @@ from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualifying import prepare
-from pretravel.touches import Touches, without
+from pretravel.touches import Touches
 from tests.support.lobed_map import SETUP, UM, N, lobed_touches, moved
 from tests.support.made_up_probes import PATTERN, made_up_response, touches_of
 
@@ -105,9 +105,9 @@ def test_what_became_of_an_outlier_is_said() -> None:
 
 def test_touches_are_excluded_by_label_or_line() -> None:
     touches = replace(_touches(), lines=tuple(range(2, 77)))
-    assert len(without(touches, ["t1", "5"])) == 73
+    assert len(touches.without(["t1", "5"])) == 73
     with pytest.raises(PretravelError, match="no touch with the label or on the line 'x'"):
-        without(touches, ["x"])
+        touches.without(["x"])
 
 
 # What the machine adds.

@@ -15,7 +15,6 @@ from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.maps.kind import usual_shift_covariance
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
 from pretravel.maps.kinds.mean import MeanKind
-from pretravel.maps.pretravel_map import over_support
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL, Origin, QualificationSetup
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.own_touches import touch_digests
@@ -211,7 +210,7 @@ def test_budgets_of_a_qualification_at_two_feeds() -> None:
     ])  # fmt: skip
     assert radius.result == "effective radius"
     assert radius.combined == pytest.approx(found.u_effective_radius)
-    u_map = math.sqrt(float(np.mean(over_support(made)[2] ** 2)))
+    u_map = math.sqrt(float(np.mean(made.over_support()[2] ** 2)))
     point = part_point_budget(found)
     _compare(point, [
         ("repeatability", "A", found.repeatability, 1.0, dof),

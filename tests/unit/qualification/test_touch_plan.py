@@ -13,7 +13,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
-from pretravel.maps.pretravel_map import PretravelMap, over_support
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.probe_drift import DriftedMap, ProbeDrift, drifted_map
@@ -57,7 +57,7 @@ def test_the_plan_promises_what_the_update_keeps() -> None:
         plan = plan_touches(old, 7, drift=still)
         touches = sphere_touches(old.pretravel(plan.normals), plan.normals)
         new = update_map(touches, old, 25.0, drift=still).pretravel_map
-        np.testing.assert_allclose(plan.u_updated, over_support(new)[2], rtol=2e-3, atol=1e-7)
+        np.testing.assert_allclose(plan.u_updated, new.over_support()[2], rtol=2e-3, atol=1e-7)
         u = np.sqrt(plan.prior.variance(plan.places, new.covariance.matrix))
         # The normals of touches and plan differ by 1e-4 rad; tiny u at the pole are rounding.
         np.testing.assert_allclose(u, plan.u_after, rtol=2e-3, atol=1e-7)

@@ -13,7 +13,6 @@ from pretravel.drawing.features.feature_budget import feature_budgets
 from pretravel.drawing.features.feature_uncertainty import MACHINE
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.files.touches_csv import read_touches
-from pretravel.maps.pretravel_map import over_support
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.point_errors import errors_of_points
 from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
@@ -74,7 +73,7 @@ def test_what_a_map_does_not_state_has_no_share() -> None:
 
 def test_qualification(qualified: Qualification) -> None:
     made = qualified.pretravel_map
-    u_map = over_support(made)[2]
+    u_map = made.over_support()[2]
     budget = part_point_budget(qualified)
     total = np.mean(u_map**2) + made.single_touch**2 + made.u_tip_radius**2
     assert budget.combined == pytest.approx(np.sqrt(total))

@@ -11,7 +11,6 @@ import pytest
 from pretravel.base.directions import from_angles, sphere_pattern_25
 from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
-from pretravel.maps.pretravel_map import over_support
 from pretravel.qualification.qualifying import qualify
 from pretravel.show.document import Document, Judgement
 from pretravel.show.page import page_text
@@ -95,6 +94,6 @@ def test_the_smallest_pretravel_lies_between_the_directions_of_the_report() -> N
     terms = np.array([[0, 0], [3, 2]])
     made = made_up_map(HarmonicBasis(terms), coefficients=np.array([0.010, 0.001]))
     truth = made.pretravel(from_angles(np.arccos(1 / np.sqrt(3.0)), np.array([90 * DEGREE])))
-    spread = over_support(made)[1].min()
+    spread = made.over_support()[1].min()
     assert spread > truth[0] * (1.0 + 1e-3)
     assert map_span(made).low == pytest.approx(truth[0] * 1e3, rel=1e-6)

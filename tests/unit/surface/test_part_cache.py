@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.base import PretravelError
 from pretravel.surface import read_part
-from pretravel.surface.cad import face_numbers, part_cache, part_file
+from pretravel.surface.cad import face_numbers, part_cache, step_part
 
 pytest.importorskip("netgen")
 BRACKET = Path(__file__).parents[3] / "examples" / "data" / "bracket.step"
@@ -28,7 +28,7 @@ def _refuse(path: object) -> object:
 def test_a_part_is_read_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     first = read_part(BRACKET)
     points = first.cloud.points
-    monkeypatch.setattr(part_file, "read_step_part", _refuse)
+    monkeypatch.setattr(step_part, "read_step_part", _refuse)
     monkeypatch.setattr(part_cache, "_write", _refuse)  # its points are not made again either
     again = read_part(BRACKET)
     assert again.chosen == first.chosen
@@ -86,7 +86,7 @@ def test_an_entry_that_others_can_write_is_not_used(
 ) -> None:
     read_part(BRACKET)
     folder.chmod(0o777)
-    monkeypatch.setattr(part_file, "read_step_part", _refuse)
+    monkeypatch.setattr(step_part, "read_step_part", _refuse)
     with pytest.raises(PretravelError, match="read again"):
         read_part(BRACKET)
 

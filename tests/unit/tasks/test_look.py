@@ -9,8 +9,9 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap
+from pretravel.controls.screen.shown_file import columns_of_table, first_lines
 from pretravel.files.file_format import ReadingOptions
-from pretravel.task.look import columns_of_table, first_lines, look_at_touches
+from pretravel.task.look import look_at_touches
 from pretravel.task.preview_report import preview_document
 from tests.support.commands import run
 from tests.support.control_logs import PRINT_FILE, REFUSED_FILES, written

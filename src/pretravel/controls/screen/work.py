@@ -16,12 +16,13 @@ from pretravel.task import command_line
 if TYPE_CHECKING:
     from pretravel.base import BoolArray, FloatArray
     from pretravel.controls.control import ExportedFiles
+    from pretravel.controls.screen.shown_file import ColumnsOfTable
     from pretravel.controls.screen.touch_sphere_chart import TouchesInSpace
     from pretravel.controls.tasks.compare.task import ComparedMap
     from pretravel.controls.tasks.export.task import ExportedMap
     from pretravel.files import FileReadings
     from pretravel.show import Document, PlotlyFigure, WorkRecord
-    from pretravel.task import ColumnsOfTable, LookedAt
+    from pretravel.task import LookedAt
     from pretravel.tasks.compensate import CompensatedTouches
     from pretravel.tasks.qualify import QualifiedProbe
 
@@ -124,7 +125,8 @@ def _settings_of(inputs: Inputs) -> EngineerSettings:
 
 def look(inputs: Inputs) -> LookResult:
     """Look at the file of touches."""
-    from pretravel.task import columns_of_table, first_lines, look_at_touches
+    from pretravel.controls.screen.shown_file import columns_of_table, first_lines
+    from pretravel.task import look_at_touches
 
     path, options = inputs.file("touches"), _settings_of(inputs).looking()
     found: LookedAt | None = None

@@ -8,10 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from pretravel.base import InputError
-from pretravel.surface.cad.iges_reader import read_iges
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_cache import keep_faces, kept_faces, part_key
-from pretravel.surface.cad.step_part import part_from_content, read_step_part
 
 _logger = logging.getLogger("pretravel")
 
@@ -79,10 +77,19 @@ def read_part(path: str | Path) -> Part:
         return Part(path.name, faces, tuple(range(len(faces))), unreadable, key)
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        is_iges = ending in IGES_ENDINGS
-        part = part_from_content(read_iges(path), path) if is_iges else read_step_part(path)
+        part = _read(path)
     for each in said:
         warnings.warn(each.message, each.category, stacklevel=2)
     if key and all(each.category is UserWarning for each in said):
         keep_faces(key, part.faces, part.unreadable, [str(each.message) for each in said])
     return replace(part, key=key)
+
+
+def _read(path: Path) -> Part:
+    from pretravel.surface.cad.step_part import part_from_content, read_step_part
+
+    if path.suffix.lower() not in IGES_ENDINGS:
+        return read_step_part(path)
+    from pretravel.surface.cad.iges_reader import read_iges
+
+    return part_from_content(read_iges(path), path)

@@ -283,7 +283,6 @@ class Compensate(
             with_errors_of_neighbours,
             with_step_of_touches,
         )
-        from pretravel.touches import moved
 
         pretravel_map, coarse = with_step_of_touches(pretravel_map, readings.touches)
 
@@ -292,7 +291,7 @@ class Compensate(
         placement = readings.placement if self.place is None else self.placement()
         in_machine = self.in_machine
         if in_machine:
-            measured = moved(measured, placement.inverse)
+            measured = measured.moved(placement.inverse)
         seen = pretravel_map.seen_from(placement)
         scatter = self.touch_scatter()
         if scatter is not None:
@@ -547,13 +546,12 @@ def compensate_long_table(
     """
     from pretravel.files import points_table, written_in_parts
     from pretravel.measurement import CompensatedRows
-    from pretravel.touches import with_feed
 
     found: CompensatedRows | None = None
     warnings: dict[str, None] = {}
     with written_in_parts(task.output) as append:
         for read in table.readings():
-            readings = replace(read, touches=with_feed(read.touches, task.feed))
+            readings = replace(read, touches=read.touches.with_feed(task.feed))
             result = task.compensated(readings, pretravel_map, nominal, shared=False)
             append(points_table(result.points))
             done = 0 if found is None else len(found.points)

@@ -158,15 +158,16 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
             Files that cannot be read; a page of several files; rotated work coordinates and no
             frame; features for a file that is no table.
         """
-        from pretravel.files import opened, read_machine
+        from pretravel.files import opened
         from pretravel.task import format_of_touches
 
         files = self.files
-        machine = None if self.machine is None else read_machine(self.machine)
-        tip = self.tip_diameter
-        if machine is not None:
+        tip, machine = self.tip_diameter, None
+        if self.machine is not None:
+            from pretravel.files import read_machine
             from pretravel.maps import same_tip
 
+            machine = read_machine(self.machine)
             if tip is not None and not same_tip(tip, machine.tip_diameter):
                 raise PretravelError(
                     f"{self.machine} gives a tip of {machine.tip_diameter:g} mm, and {tip:g} mm is "

@@ -316,10 +316,9 @@ def _allowed(pretravel_map: PretravelMap) -> float:
     """Expanded uncertainty of a map over its directions: smaller changes do not matter. [mm]"""
     import numpy as np
 
-    from pretravel.maps import over_support
     from pretravel.uncertainty import COVERAGE_FACTOR
 
-    u = over_support(pretravel_map)[2]
+    u = pretravel_map.over_support()[2]
     return COVERAGE_FACTOR * float(np.sqrt(np.mean(u**2)))
 
 

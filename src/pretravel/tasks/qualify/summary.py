@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pretravel.base import MICROMETRE, describe
-from pretravel.maps import PretravelMap, over_support
+from pretravel.maps import PretravelMap
 from pretravel.qualification import KindScore, Qualification, radius_budget
 from pretravel.show import (
     Judgement,
@@ -90,7 +90,7 @@ def summary_figures(
     """
     pretravel_map = result.pretravel_map
     u_center = np.sqrt(np.maximum(np.diag(result.center_covariance), 0.0)) / MICROMETRE
-    directions, value, u = over_support(pretravel_map)
+    directions, value, u = pretravel_map.over_support()
     highest, worst = int(np.argmax(value)), int(np.argmax(u))
     return (
         KeyFigure("map kind", pretravel_map.kind, remark=_weights(scores)),
@@ -123,7 +123,7 @@ def map_span(pretravel_map: PretravelMap) -> Span:
     A map is smallest in a pit near the axis that is narrower than the directions are apart: there
     they are made denser.
     """
-    directions, value, _ = over_support(pretravel_map)
+    directions, value, _ = pretravel_map.over_support()
     lowest, least = directions[int(np.argmin(value))], float(value.min())
     for radius in (0.1, 0.02, 0.004):
         across = np.linalg.svd(lowest[None, :])[2][1:]

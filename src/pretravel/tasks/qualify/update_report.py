@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
-from pretravel.maps import over_support
 from pretravel.qualification import FoundDrift, MapUpdate, drifted_map
 from pretravel.show import (
     Axis,
@@ -79,8 +78,8 @@ def map_update_document(
 
 def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
     u_center = np.sqrt(np.maximum(np.diag(result.center_covariance), 0.0)) / MICROMETRE
-    _, _, old_u = over_support(result.prior_map)
-    _, _, u = over_support(result.pretravel_map)
+    _, _, old_u = result.prior_map.over_support()
+    _, _, u = result.pretravel_map.over_support()
     dof = result.repeatability_dof
     return (
         KeyFigure("map kind", result.pretravel_map.kind),

@@ -301,10 +301,9 @@ class SimulatedPart(Result):
         """Write the touches, in the frame that is asked for."""
         del output
         from pretravel.files import write_touches
-        from pretravel.touches import moved
 
         in_machine = self.task.in_machine
-        write_touches(path, moved(self.touches, self.placement) if in_machine else self.touches)
+        write_touches(path, self.touches.moved(self.placement) if in_machine else self.touches)
 
 
 def _warnings(

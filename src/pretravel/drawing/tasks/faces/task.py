@@ -29,7 +29,7 @@ class Faces(Reported):
 
     def run(self, progress: Progress = SILENT) -> ListedFaces:
         """Read the file."""
-        from pretravel.drawing.inspection_csv import faces_table
+        from pretravel.drawing.tasks.faces.report import faces_table
         from pretravel.surface import read_part
 
         with progress.working(f"reading {self.step.name}"):
@@ -52,7 +52,7 @@ class ListedFaces(Result):
 
     def document(self) -> Document:
         """The report."""
-        from pretravel.drawing.tasks.plan.report import faces_document
+        from pretravel.drawing.tasks.faces.report import faces_document
 
         return faces_document(self.part, self.table)
 

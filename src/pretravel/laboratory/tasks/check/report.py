@@ -8,6 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, from_angles
+from pretravel.laboratory.budget_report import budgets_data, sphere_section
+from pretravel.laboratory.measured_spheres import MeasuredSphere
 from pretravel.laboratory.standards.standard_check import (
     COMPARED,
     UNCHECKED,
@@ -18,7 +20,6 @@ from pretravel.laboratory.standards.standard_check import (
 )
 from pretravel.laboratory.standards.standard_figures import standard_table
 from pretravel.laboratory.tasks.check.tip_offset_chart import tip_offset_chart
-from pretravel.measurement import MeasuredSphere
 from pretravel.show import (
     Axis,
     Chart,
@@ -47,7 +48,7 @@ from pretravel.show import (
     value_text,
     whiskers,
 )
-from pretravel.task import budget_table, budgets_data, sphere_section
+from pretravel.task import budget_table
 
 _ORIGIN = {UNCHECKED: "not checked", COMPARED: "checked"}
 """Of a definition, by its status."""

@@ -16,7 +16,7 @@ from pretravel.laboratory.standards.iso230_10 import plane_pattern_36
 from pretravel.laboratory.tasks.check.task import Check, CheckedProbe, not_stated
 from pretravel.surface import Sphere
 from pretravel.task import patterns
-from pretravel.touches import Targets, Touches, moved, with_spindle
+from pretravel.touches import Targets, Touches
 
 FORM = TaskForm(Check, shared=("units",), start={"standard": "iso10360-5"})
 
@@ -88,7 +88,7 @@ def _touches_at_two_orientations() -> Touches:
         turn = probe_rotation(rotation=angle)
         single = _simulated(plane_pattern_36() @ turn, np.zeros(3), seed=seed)
         shift = np.asarray(_CENTER) - turn @ np.asarray(_EXAMPLE_OFFSET)
-        parts.append(with_spindle(moved(single, Placement(rotation=turn, shift=shift)), angle))
+        parts.append(single.moved(Placement(rotation=turn, shift=shift)).with_spindle(angle))
     return Touches(
         np.vstack([part.positions for part in parts]),
         np.vstack([part.normals for part in parts]),

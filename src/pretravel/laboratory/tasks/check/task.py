@@ -48,13 +48,13 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pretravel.files import FileReadings, LaboratoryStatements
+    from pretravel.laboratory.measured_spheres import MeasuredSphere
     from pretravel.laboratory.standards.standard_check import (
         CalibratedSphere,
         Standard,
         StandardCheck,
     )
     from pretravel.maps import PretravelMap
-    from pretravel.measurement import MeasuredSphere
     from pretravel.show import Document
 
 _ON_ITS_OWN_TOUCHES = (
@@ -291,8 +291,9 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
         pretravel_map: PretravelMap | None,
         statements: LaboratoryStatements | None,
     ) -> CheckedProbe:
+        from pretravel.laboratory.measured_spheres import measured_sphere
         from pretravel.laboratory.standards.standard_check import LimitOutcome
-        from pretravel.measurement import apply, measured_sphere
+        from pretravel.measurement import apply
         from pretravel.qualification import own_touches_warnings
         from pretravel.task import STANDARDS
         from pretravel.touches import refuse_several

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, from_angles
+from pretravel.laboratory.budget_report import budgets_data, expanded_figure
 from pretravel.laboratory.rig.calibration import (
     DirectionPerformance,
     RigCalibration,
@@ -56,7 +57,7 @@ from pretravel.show import (
     sphere_mesh,
     value_text,
 )
-from pretravel.task import budget_table, budgets_data, expanded_figure
+from pretravel.task import budget_table
 from pretravel.uncertainty import Budget, coverage_factor
 
 BUDGET_TITLE = "Uncertainty of the mean pretravel of a direction"

@@ -9,11 +9,7 @@ import numpy as np
 
 from pretravel.base import FloatArray, frozen
 from pretravel.maps import PretravelMap
-from pretravel.measurement.point_errors import (
-    REPEATABILITY,
-    point_sources,
-)
-from pretravel.measurement.points import Points
+from pretravel.measurement import REPEATABILITY, Points, point_sources
 from pretravel.touches import Touches
 from pretravel.uncertainty import (
     Budget,
