@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 
+from pretravel.maps import STEEL_EXPANSION
+
 
 def _statement(meaning: str) -> str:
     """A text that the laboratory states; empty where it is open."""
@@ -190,33 +192,97 @@ class LaboratoryStatements:
         return ""
 
     def contradictions(self, used: Mapping[str, object]) -> Iterator[tuple[str, str]]:
-        """What is stated against the settings of a task.
+        """What is stated against the settings of a task, or twice and differently.
 
         Parameters
         ----------
         used : mapping of str to value
-            Settings by their names, of which diameter, tip_diameter [mm] and temperature [°C] are
-            compared with numbers in the statements that have their unit.
+            Settings by their names, of which diameter, tip_diameter [mm], u_diameter_um, feed
+            [mm/min] and temperature [°C] are compared with numbers in the statements that have
+            their unit.
 
         Returns
         -------
         iterator of setting and sentence
 
-        >>> stated = LaboratoryStatements(reference=ReferenceIdentity("sphere 30 mm, grade 5"))
+        >>> stated = LaboratoryStatements(reference=ReferenceIdentity("sphere 30 mm, U = 1.2 µm"))
         >>> [said for _, said in stated.contradictions({"diameter": 24.9987})]
-        ["it gives 'sphere 30 mm, grade 5', and 24.9987 is used"]
+        ["what is used: it gives 'sphere 30 mm, U = 1.2 µm', and 24.9987 is used"]
+        >>> used = {"diameter": 30.0, "u_diameter_um": 1.2}
+        >>> [said for _, said in stated.contradictions(used)]
+        ["what is used: it gives 'sphere 30 mm, U = 1.2 µm' (u = 0.6 µm), and u = 1.2 µm is used"]
         """
         for name, text, pattern, apart in (
             ("diameter", self.reference.description, _MILLIMETRES, _DIAMETERS_APART),
             ("tip_diameter", self.instrument.stylus, _OF_TIP, _DIAMETERS_APART),
             ("temperature", self.conditions.temperature, _DEGREES, _TEMPERATURES_APART),
+            ("feed", self.method.feed, _FEED, 0.0),
         ):
             value = used.get(name)
-            stated = [float("".join(each).replace(",", ".")) for each in pattern.findall(text)]
+            stated = [_number("".join(each)) for each in pattern.findall(text)]
             if not (isinstance(value, (int, float)) and stated):
                 continue
             if min(abs(each - value) for each in stated) > apart:
-                yield name, f"it gives '{text}', and {value:g} is used"
+                yield name, f"what is used: it gives '{text}', and {value:g} is used"
+        yield from self._other_u(used)
+        item, probe = self.item.serial_number, self.instrument.probe_serial_number
+        one, other = _WITH_DIGITS.findall(item), _WITH_DIGITS.findall(probe)
+        if one and other and not {*one} & {*other}:
+            yield "lab", f"itself: the calibrated item has number '{item}', the probe '{probe}'"
+
+    def warm_reference(self, diameter: float, u_temperature: float) -> str:
+        """A sentence where a reference is not at the temperature at which its diameter holds.
+
+        Parameters
+        ----------
+        diameter : float
+            [mm]
+        u_temperature : float
+            Of the reference, as it is used. [K]
+
+        >>> stated = LaboratoryStatements(conditions=AmbientConditions("27.0 °C"))
+        >>> print(stated.warm_reference(25.0, 0.2))
+        it gives '27.0 °C', and u of the temperature is 0.2 K: if the diameter is that at 20 °C, a \
+steel sphere is larger by 2.0 µm, which U does not contain. Give the diameter at the temperature \
+of the touches
+        >>> stated.warm_reference(25.0, 4.0)
+        ''
+        """
+        text = self.conditions.temperature
+        apart = min(map(_number, _DEGREES.findall(text)), default=20.0) - 20.0
+        if abs(apart) <= max(_TEMPERATURES_APART, 2.0 * u_temperature):
+            return ""
+        grown = 1e3 * STEEL_EXPANSION * diameter * apart
+        return (
+            f"it gives '{text}', and u of the temperature is {u_temperature:g} K: if the diameter "
+            f"is that at 20 °C, a steel sphere is {'larger' if grown > 0.0 else 'smaller'} by "
+            f"{abs(grown):.1f} µm, which U does not contain. Give the diameter at the temperature "
+            "of the touches"
+        )
+
+    def _other_u(self, used: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+        """A standard uncertainty of the diameter that is not the one that is used."""
+        if used.get("diameter") is None or "u_diameter_um" not in used:
+            return
+        value = used["u_diameter_um"]
+        for text in (self.reference.description, self.reference.certificate):
+            factor = _COVERAGE.search(text)
+            k = 2.0 if factor is None else _number(factor[1])
+            stated = [
+                _number(size) * _MICROMETRES[unit.replace("μ", "µ")] / (1.0 if name == "u" else k)
+                for name, size, unit in _UNCERTAINTY.findall(text)
+            ]
+            close = isinstance(value, (int, float)) and any(
+                abs(each - value) <= _UNCERTAINTIES_APART * each for each in stated
+            )
+            if stated and not close:
+                other = (
+                    "no u of the diameter is given"
+                    if value is None
+                    else f"u = {value:g} µm is used"
+                )
+                said = f"it gives '{text}' (u = {stated[0]:g} µm), and {other}"
+                yield "u_diameter", f"what is used: {said}"
 
     def statements(self) -> Iterator[LaboratoryStatement]:
         """All statements in the order of the file."""
@@ -235,6 +301,21 @@ _OF_TIP = re.compile(
     re.IGNORECASE,
 )
 _DEGREES = re.compile(r"^\D{0,3}(-?\d+(?:[.,]\d+)?)")
+_FEED = re.compile(r"(\d+(?:[.,]\d+)?) ?mm/min")
+_UNCERTAINTY = re.compile(
+    r"(?:\b([Uu])(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]|±)\s?(\d+(?:[.,]\d+)?) ?(nm|[µμu]m|mm)\b"
+)
+_COVERAGE = re.compile(r"\bk\s?=\s?([1-9]\d*(?:[.,]\d+)?)")
+_MICROMETRES = {"nm": 1e-3, "um": 1.0, "µm": 1.0, "mm": 1e3}
+_UNCERTAINTIES_APART = 0.1
+"""Share by which a rounded uncertainty may differ."""
+_WITH_DIGITS = re.compile(r"\w*\d\w*")
+
+
+def _number(text: str) -> float:
+    return float(text.replace(",", "."))
+
+
 _DIAMETERS_APART = 0.5
 """Of a nominal diameter and a calibrated or effective one. [mm]"""
 _TEMPERATURES_APART = 1.0

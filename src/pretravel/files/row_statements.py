@@ -269,6 +269,8 @@ _CONDITIONS = re.compile(
     r"\bspind(?:le|el)\b.*\d|"
     r"\btemp(?:eratur\w*|\.)?\W*(?:[:=]\W*)?-?\d|"
     rf"{_ANGLES}|"
+    r"\bmirror\w*\W+[XYZ]\b|"
+    r"\bU(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]\s?\d|"
     r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\b\W*)?[-+]?\d",
     re.IGNORECASE,
 )
@@ -278,8 +280,9 @@ _CONDITIONS = re.compile(
 def conditions_not_read(before: Sequence[Record]) -> tuple[str, ...]:
     """A sentence that names conditions that lines before a table state.
 
-    >>> conditions_not_read([(1, "# part 7"), (2, "# Feed: 500 mm/min")])
-    ("not read: line 2 '# Feed: 500 mm/min'. Give what it states in a column or as an option",)
+    >>> conditions_not_read([(1, "# part 7"), (2, "# sphere 25 mm, U = 1.2 µm (k = 2)")])[0]
+    "not read: line 2 '# sphere 25 mm, U = 1.2 µm (k = 2)'. Give what it states in a column or as \
+an option"
     """
     found = [(number, line) for number, line in before if _CONDITIONS.search(line)]
     if not found:

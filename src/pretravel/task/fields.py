@@ -15,7 +15,7 @@ from pretravel.base import (
     InputError,
     PretravelError,
 )
-from pretravel.task.task import PICTURES, SILENT, Field, Progress, Task, When, by_name
+from pretravel.task.task import PICTURES, SILENT, Field, Progress, Task, When, by_name, unused
 from pretravel.task.values import Angles, PolarAngles, StatedColumns, UnitVector, Vector
 
 if TYPE_CHECKING:
@@ -365,14 +365,28 @@ class LaboratoryReport(Reported):
         from pretravel.files import read_laboratory
 
         found = read_laboratory(self.lab)
-        for setting, said in found.contradictions(vars(self)):
+        every = vars(self)
+        used = {key: value for key, value in every.items() if not unused(type(self), key, every)[0]}
+        for setting, said in found.contradictions(used):
             raise PretravelError(
-                f"{self.lab.name} contradicts what is used: {said}. Correct the one that is wrong",
-                inputs=("lab", setting),
+                f"{self.lab.name} contradicts {said}. Correct the one that is wrong",
+                inputs=tuple(dict.fromkeys(("lab", setting))),
             )
         return found
 
-    def statements_left_out(self) -> list[str]:
+    def statement_warnings(self) -> list[str]:
+        """Warnings about the laboratory's statements: of a warm reference, of what is not shown."""
+        return [*self._warm_reference(), *self._statements_left_out()]
+
+    def _warm_reference(self) -> list[str]:
+        diameter, u = (getattr(self, name, None) for name in ("diameter", "u_temperature"))
+        found = self.statements()
+        if found is None or diameter is None or u is None:
+            return []
+        said = found.warm_reference(diameter, u)
+        return [f"{self.lab.name}: {said}"] if said and self.lab else []
+
+    def _statements_left_out(self) -> list[str]:
         """A warning where nothing that is shown or written contains the laboratory's statements."""
         setting = by_name(type(self))["output"]
         output: Path | None = getattr(self, "output", None)

@@ -17,7 +17,7 @@ from pretravel.files.laboratory_statements import (
 from pretravel.show.page import contents_text, page_environment
 from pretravel.show.page_content import PageContent
 from pretravel.show.result_file import read_result
-from tests.support.commands import run
+from tests.support.commands import both_outputs, run
 from tests.support.examples import EXAMPLES, SPHERE
 from tests.support.laboratory import filled_file, filled_statements
 from tests.support.pages import ATTACK, plain_content
@@ -74,10 +74,29 @@ def test_statements_that_contradict_what_is_used_are_refused(
         lab.write_text(f'[{table}]\n{key} = "{text}"\n')
         told = run(*CHECK, "--lab", lab, "-o", tmp_path / "result.json", code=code)
         assert (f"it gives '{text}', and" in told) == (code == 2)
+    lab.write_text('[reference]\ncertificate = "No. 5, U = 0.8 µm (k = 2)"\n')
+    for options, other in (((), "no u of the diameter"), (("--u-diameter", 0.8), "u = 0.8 µm")):
+        told = run(*CHECK, "--lab", lab, *options, "-o", tmp_path / "result.json", code=2)
+        assert f"(u = 0.4 µm), and {other} is" in told
+    run(*CHECK, "--lab", lab, "--u-diameter", 0.4, "-o", tmp_path / "result.json")
+    run(*CHECK[:1], "iso230-10", *CHECK[2:], "--lab", lab, "-o", tmp_path / "result.json")
+    lab.write_text(
+        '[item]\nserial_number = "no. 17"\n[instrument]\nprobe_serial_number = "no. 71"\n'
+    )
+    assert "the probe 'no. 71'" in run(*CHECK, "--lab", lab, "-o", tmp_path / "r.json", code=2)
     lab.write_text('[conditions]\ntemperature = "23.0 °C, u = 0.5 °C"\n')
     run("rig", RIG, "--temperature", 23, "--lab", lab, "-o", tmp_path / "rig.json")
     told = run("rig", RIG, "--lab", lab, "-o", tmp_path / "rig.json", code=2)
     assert "--temperature" in told
+
+
+def test_a_reference_in_a_warm_room_is_named(tmp_path: Path) -> None:
+    """Steel of 25 mm grows by 2.0 µm from 20 to 27 °C."""
+    lab = tmp_path / "lab.toml"
+    lab.write_text('[conditions]\ntemperature = "27 °C"\n')
+    command = ("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean")
+    assert "larger by 2.0 µm" in both_outputs(*command, "--lab", lab)[1]
+    assert "larger by" not in both_outputs(*command, "--lab", lab, "--u-temperature", 4)[1]
 
 
 def test_no_command_and_no_long_digest_is_printed(tmp_path: Path) -> None:

@@ -288,7 +288,7 @@ class QualifiedReferences(Result):
             self.references,
             touches_name=self.touches_name,
             qualified=self.qualified,
-            warnings=[*self.readings.notes(), *self.task.statements_left_out()],
+            warnings=[*self.readings.notes(), *self.task.statement_warnings()],
         )
         return with_laboratory(report, self.task.statements())
 

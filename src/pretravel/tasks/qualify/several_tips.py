@@ -178,7 +178,7 @@ class QualifiedTips(Result):
                 for name, q in self.qualifications.items()
             ),
             tables=(table,),
-            warnings=(*self.readings.notes(), *warnings, *self.task.statements_left_out()),
+            warnings=(*self.readings.notes(), *warnings, *self.task.statement_warnings()),
         )  # fmt: skip
         return with_laboratory(report, self.task.statements())
 

@@ -414,7 +414,7 @@ class QualifiedProbe(_MapResult):
             self.qualification,
             touches_name=task.touches_name,
             scores=self.qualification.scores,
-            warnings=[*self.readings.notes(), *task.statements_left_out(), *size_warnings(task)],
+            warnings=[*self.readings.notes(), *task.statement_warnings(), *size_warnings(task)],
             excluded=_left_out(task.exclude, self.readings),
             saved=path is not None and not by_name(Qualify)["output"].is_report(path),
         )
@@ -452,7 +452,7 @@ class UpdatedProbe(_MapResult):
             self.update,
             touches_name=self.readings.touches.source or "",
             prior_name=task.prior.name,
-            warnings=[*self.readings.notes(), *task.statements_left_out()],
+            warnings=[*self.readings.notes(), *task.statement_warnings()],
         )
         return with_laboratory(report, task.statements())
 

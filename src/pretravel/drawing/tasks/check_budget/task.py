@@ -213,7 +213,7 @@ class CheckedBudget(Result):
                 ),
             ),
             warnings=(
-                *self.readings.notes(), *_refusals(found), *self.task.statements_left_out()
+                *self.readings.notes(), *_refusals(found), *self.task.statement_warnings()
             ),
         )  # fmt: skip
         return with_laboratory(report, self.task.statements())

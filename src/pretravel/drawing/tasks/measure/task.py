@@ -664,7 +664,7 @@ class MeasuredFeatures(Result):
             each.feature.points.state_uncertainty for each in self.features
         ):
             warnings.append(_taken_for(task.tip_diameter))
-        warnings += [*self.left_out, *task.statements_left_out()]
+        warnings += [*self.left_out, *task.statement_warnings()]
         statements = task.statements()
         report = features_document(
             self.features,

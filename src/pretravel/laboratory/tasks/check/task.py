@@ -389,7 +389,7 @@ class CheckedProbe(Result):
 
     def document(self) -> Document:
         """The report, with what the laboratory states, and what it does not."""
-        left_out = self.task.statements_left_out()
+        left_out = self.task.statement_warnings()
         return self.with_warnings(self.task.touches_name, [*self._lacking(), *left_out])
 
     def with_warnings(self, touches_name: str = "", warnings: Sequence[str] = ()) -> Document:

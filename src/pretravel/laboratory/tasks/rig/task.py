@@ -393,7 +393,7 @@ class CalibratedRig(Result):
 
     def document(self) -> Document:
         """The report, with what the laboratory states, and what it does not."""
-        left_out = self.task.statements_left_out()
+        left_out = self.task.statement_warnings()
         return self.with_warnings([*self._lacking(), *left_out])
 
     def page(self) -> Document:

@@ -268,7 +268,7 @@ class SeparatedErrors(Result):
             self.separation,
             readings_name=task.files[0].name,
             pairs=task.pair,
-            warnings=task.statements_left_out(),
+            warnings=task.statement_warnings(),
         )
         return with_laboratory(report, self.statements)
 
