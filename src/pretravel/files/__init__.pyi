@@ -86,6 +86,7 @@ from .readings import read_readings as read_readings
 from .readings import write_readings as write_readings
 from .readings import written_format as written_format
 from .roles_of_columns import column_roles as column_roles
+from .row_statements import CHANGES as CHANGES
 from .row_statements import RowStatement as RowStatement
 from .row_statements import RowStatements as RowStatements
 from .row_statements import StatedRows as StatedRows

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base import BoolArray, FloatArray
+from pretravel.base import BoolArray, FloatArray, InputError
 from pretravel.files.file_format import FilePositions, FileReadings, labels_or_numbers
 
 _FILLED_IN = (999.0, 999.9, 999.99, 999.999, 9999.0, 9999.9, 9999.99, 9999.999, 99999.0, 999999.0)
@@ -22,6 +22,12 @@ _FAR = 0.3
 _TIMES = 50.0
 """Beyond this many times the scatter of the others."""
 _MAD = 1.4826
+_LARGEST_MACHINE = 20_000.0
+"""Longer machines measure with other sensors. [mm]"""
+_INSIDE = 0.3
+"""A surface is not as far behind its nominal place as this at every touch. [mm]"""
+_FEWEST_OTHERS = 3
+"""One touch in three can be a miss."""
 _ROUNDS = 20
 _SHOWN = 5
 
@@ -109,6 +115,7 @@ def named_misses(
     FileReadings or FilePositions
         Those that are filled in are no contacts; what is only far off stays, and is named.
     """
+    found = _with_size_named(found)
     if isinstance(found, FilePositions):
         contact = np.array(found.contact or (True,) * len(found.positions))
         filled = missed_rows(found.positions) & contact
@@ -130,10 +137,47 @@ def named_misses(
         found = replace(found, touches=kept, missed=(*found.missed, *missed))
         touches = kept
     lines = touches.lines or tuple(range(1, len(touches) + 1))
+    if touches.nominal_points is not None:
+        along = np.sum((touches.positions - touches.nominal_points) * touches.normals, axis=1)
+        if not of_table and bool((along < -_INSIDE).all()):
+            raise InputError(
+                f"every touch lies behind its nominal surface, by {-np.median(along):.3g} mm: the "
+                "normals point into the part, or the points are not those of this part",
+                path=touches.source,
+                line=lines[0],
+            )
+        if told := _far_from_nominal(along, lines):
+            return replace(found, warnings=(*found.warnings, *told))
     same = float(np.ptp(touches.normals, axis=0).max()) < 1e-6
     axis = int(np.argmax(np.abs(touches.normals[0])))
     told = far_sentence(touches.positions, lines, axis if same else None, touches.labels)
     return replace(found, warnings=(*found.warnings, *told)) if told else found
+
+
+def _with_size_named(found: FileReadings | FilePositions) -> FileReadings | FilePositions:
+    """Readings with words about coordinates that no machine reaches."""
+    positions = found.positions if isinstance(found, FilePositions) else found.touches.positions
+    size = float(np.median(np.abs(positions).max(axis=1))) if len(positions) else 0.0
+    if size < _LARGEST_MACHINE:
+        return found
+    said = (
+        f"the coordinates are up to {size:.6g} mm, beyond any machine: are they in µm or steps, or "
+        "numbers without their decimal point?"
+    )
+    return replace(found, warnings=(*found.warnings, said))
+
+
+def _far_from_nominal(along: FloatArray, lines: Sequence[int]) -> tuple[str, ...]:
+    """A sentence about touches that lie elsewhere on their normals than the others. [mm]"""
+    left = along - np.median(along)
+    scatter = _MAD * float(np.median(np.abs(left)))
+    rows = np.flatnonzero(np.abs(left) > max(_FAR, _TIMES * scatter))
+    if not len(rows) or len(rows) > len(along) / _FEWEST_OTHERS:
+        return ()
+    named = ", ".join(f"line {lines[row]} ({left[row]:+.3f} mm)" for row in rows[:_SHOWN])
+    said = "along its normal this lies elsewhere from its nominal point than the others do"
+    why = "A miss, which ends where its move ended, or a gross error? Leave it out, if so"
+    return (f"{said}: {named}. {why}",)
 
 
 def _labels_at(labels: Sequence[str] | None, rows: BoolArray) -> Sequence[str] | None:

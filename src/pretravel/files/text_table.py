@@ -295,7 +295,7 @@ def _table(
 
 
 _RESULT = re.compile(
-    r"(?:mean|average|avg|max(?:imum)?|min(?:imum)?|range|st(?:andar)?d?\W*(?:dev\w*)?|sigma|median|"
+    r"(?:mean|average|avg|max(?:imum)?|min(?:imum)?|range|std|st(?:andar)?d?\W*dev\w*|sigma|median|"
     r"sum|total|count|rms|result|mittel(?:wert)?|spannweite|stabw\w*|streuung|summe|anzahl|moyenne|"
     r"[ée]cart\W?type|[ée]tendue|media|promedio|rango)\W*",
     re.IGNORECASE,

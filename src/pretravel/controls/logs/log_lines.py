@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from pretravel.files import (
+    CHANGES,
     FileFormat,
     FilePositions,
     RowStatement,
@@ -40,11 +41,12 @@ _NAME = r"(?![GMTSFXYZ]\s*[-+.\d])[A-Z]\w*(?:\s+\d+)?"
 _X_FIRST, _THEN_Y, _THEN_Z = (
     re.compile(rf"{words}\s*[:=]?\s*[-+.\d]", re.IGNORECASE)
     for words in (
-        rf"(?:#\d+\s*:\s*)?(?:N\s*\d+\s*)?(?:{_NAME}[:,]?\s+)?(?:G0?[01]\s*)?X",
+        rf"(?:#\d+\s*:\s*)?(?:N\s*\d+\s*)?(?:{_NAME}[:,]?\s+)?(?:G\d+(?:\.\d)?\s*)*X",
         "Y",
         "Z",
     )
 )
+_IN_ANY_ORDER = re.compile(rf"(?:{_WORD.pattern}\s*){{3}}", re.IGNORECASE)
 _LABEL = re.compile(
     r"(?:N\s*(?P<number>\d+)\s*|(?P<name>(?!N\s|[GMTSFXYZ]\s*[-+.\d])[A-Z]\w*(?:\s+\d+)?)[:,]?\s+)"
     r"(?=X\s*[:=]?\s*[-+.\d])",
@@ -55,8 +57,15 @@ _NUMBERED = re.compile(r"#\d+\s*:\s*")
 """The number of a point, as GEOPAK writes it."""
 _TITLE = re.compile(r"[^\W\d_]{3,}[^\d=#\[\]/]*")
 """A line of words above the first position: it has no number."""
+_UNIT_LINE = re.compile(
+    r"\W*(?:units?|einheit(?:en)?)?\W*\b(mm|inch|inches|metric|imperial|zoll)\b\W*", re.IGNORECASE
+)
+"""A line that gives the unit alone."""
 _UNIT_WORD = re.compile(r"\b(?:mm|inch|inches|metric|imperial|zoll)\b", re.IGNORECASE)
+_BESIDE = re.compile(r"(?<![^\d.\s])(?:G5[4-9](?:\.\d)?|T\d+)(?![\d.])", re.IGNORECASE)
+"""Words anywhere in a line that change what positions mean."""
 _ROTARY = "ABC"
+_READ = {*"XYZFGMNT", *_ROTARY}
 _MOVED = 1e-4
 """Rotary axes that differ by more than this have moved. [deg]"""
 _HEAD = 20
@@ -93,11 +102,14 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     numbers, feeds, labels, stated = [], [], [], StatedRows(file)
     feed: float | None = None
     rotary: dict[str, float] = {}
+    unread: set[str] = set()
     for number, text in enumerate(file.lines("a log of positions"), start=1):
         line = without_comments(text).strip()
         line = _NUMBERED.sub("", line)
         if not line or line.startswith((";", "%", "#")):
             continue
+        if unit := _UNIT_LINE.fullmatch(line):
+            line = "G21" if unit[1].lower() in ("mm", "metric") else "G20"
         if not rows and _TITLE.fullmatch(line) and not _UNIT_WORD.search(line):
             continue
         named = _LABEL.match(line)
@@ -107,10 +119,16 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             raise file.error("G91: relative positions are not read", number)
         for _, value in (word for word in _WORD.findall(line) if word[0].upper() == "F"):
             feed = file.numbers([_squeezed(value)], number)[0] or None
-        known = _STATEMENTS.of(line)
+        for word in map(str.upper, _BESIDE.findall(line)):
+            if word.startswith("T"):
+                stated.state("tip", word[1:])
+            else:
+                stated.hold(f"{CHANGES['frame']} (work offset)", word, number)
+        known = _STATEMENTS.of(_BESIDE.sub("", line).strip())
         if known is not None and known[0].means != "unit":  # the unit was read
             stated.take(known, line, number)
         if position := _position(file, line, number, rotary):
+            unread |= {name.upper() for name, _ in _WORD.findall(line)} - _READ
             stated.row(number)
             rows.append(position)
             numbers.append(number)
@@ -127,8 +145,15 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         labels=tuple(labels) if all(labels) and len(set(labels)) == len(labels) else None,
         feeds=scale * np.array(known_feeds) if len(known_feeds) == len(rows) else None,
         words=stated.columns(),
-        warnings=stated.warnings(),
+        warnings=(*stated.warnings(), *_not_read(unread)),
     )
+
+
+def _not_read(letters: set[str]) -> tuple[str, ...]:
+    """A sentence that names letters of the lines that say nothing to the reader."""
+    if not letters:
+        return ()
+    return (f"not read: the numbers after {', '.join(sorted(letters))} beside the positions",)
 
 
 def _units(file: SourceFile, line: str, number: int, units: str | None) -> str | None:
@@ -139,8 +164,7 @@ def _units(file: SourceFile, line: str, number: int, units: str | None) -> str |
     own = "inch" if word[1] == "0" else "mm"
     if units not in (None, own):
         raise file.error(
-            f"the file's units are {own} here (G2{word[1]}), but the given ones, or those before, "
-            f"are {units}",
+            f"the file's units are {own} here, but the given ones, or those before, are {units}",
             number,
             inputs=("units",),
         )
@@ -155,7 +179,11 @@ def _position(
     if remainder:
         raise file.error(
             f"'{line[:40]}' is not a position; G1 X… Y… Z… is needed"
-            + ("; use points as decimal signs" if "," in remainder else ""),
+            + (
+                "; use points as decimal signs"
+                if "," in remainder
+                else ". Delete a line of words if it is no miss and changes nothing"
+            ),
             number,
         )
     pairs = [(name.upper(), _squeezed(value)) for name, value in _WORD.findall(line)]
@@ -190,7 +218,9 @@ def _is_positions(lines: list[str]) -> bool:
 
 
 def _is_position(line: str) -> bool:
-    """Whether X begins a line, and Y and Z follow in this order."""
+    """Whether X begins a line, and Y and Z follow in this order; or a line is three such words."""
+    if _IN_ANY_ORDER.fullmatch(line) and {*"XYZ"} <= {w[0].upper() for w in _WORD.findall(line)}:
+        return True
     place = _X_FIRST.match(line)
     for word in (_THEN_Y, _THEN_Z):
         place = place and word.search(line, place.end())

@@ -29,7 +29,7 @@ _APART = re.compile(rf"(?<=[A-Z])\s(?={_VALUE})", re.IGNORECASE)
 _WORD = re.compile(rf"[A-Z]{_VALUE}[^,;]*", re.IGNORECASE)
 _ASSIGNMENT = re.compile(r"#\s?[\d<].*=")
 _POSITION = re.compile(
-    r"(?:N\s*\d+\s*)?" + "".join(rf"{axis}[\s=:]*[-+]?[\s\d.]+[,;*\s]*" for axis in "XYZ"),
+    r"(?:N\s*\d+\s*)?" + "".join(rf"{axis}[\s=:]*[-+]?[\s\d.,]+[,;*\s]*" for axis in "XYZ"),
     re.IGNORECASE,
 )
 """A line that is a position, and nothing else."""

@@ -1,0 +1,76 @@
+"""Lines of positions as controls print them: words beside X, Y and Z, units, tools, offsets."""
+
+from __future__ import annotations
+
+import pytest
+
+from pretravel.base import InputError
+from pretravel.controls.logs.log_lines import read_log_positions
+from pretravel.files import (
+    FORMATS,
+    FilePositions,
+    ReadingOptions,
+    SourceFile,
+    format_of,
+    look_at,
+    read_readings,
+)
+
+
+def _read(text: str, units: str | None = "mm") -> FilePositions:
+    return read_log_positions(SourceFile("a.txt", text.encode()), units)
+
+
+def test_a_tool_beside_the_position_is_kept() -> None:
+    found = _read("N1 X1.0 Y2.0 Z3.0 T12\nN2 X2.0 Y2.0 Z3.0 T13\n")
+    assert found.words["tip"] == ("12", "13")
+
+
+@pytest.mark.parametrize("form", ["X{}.0 Y2.0 Z3.0 G{}\n", "G90 G{1} X{0}.0 Y2.0 Z3.0\n"])
+def test_another_work_offset_beside_a_position_is_refused(form: str) -> None:
+    assert len(_read(form.format(1, 54) + form.format(2, 54)).positions) == 2
+    with pytest.raises(InputError, match="line 2: this line changes the coordinates"):
+        _read(form.format(1, 54) + form.format(2, 55))
+    assert format_of(SourceFile("a.txt", form.format(1, 54).encode())).name == "positions"
+
+
+def test_numbers_that_are_not_read_are_named() -> None:
+    said = "not read: the numbers after D, R beside the positions"
+    assert said in _read("X1.0 Y2.0 Z3.0 D10.002 R0.1\n").warnings
+
+
+def test_a_line_that_gives_the_unit_is_used() -> None:
+    assert _read("UNITS: INCH\nX1 Y2 Z4\n", None).positions.tolist() == [[25.4, 50.8, 101.6]]
+    with pytest.raises(InputError, match="line 1: the file's units are inch"):
+        _read("INCH\nX1 Y2 Z3\n")
+
+
+def test_coordinates_in_another_order() -> None:
+    file = SourceFile("a.txt", b"Y-   91.2 X   128.4 Z-   12.0\nY-   91.3 X   130.4 Z-   12.0\n")
+    assert format_of(file) is FORMATS["positions"]
+    assert _read(file.content.decode()).positions[0].tolist() == [128.4, -91.2, -12.0]
+
+
+def test_numbers_without_decimal_points_are_named() -> None:
+    file = SourceFile("a.txt", b"X 128474 Y- 91200 Z- 12005\nX 130474 Y- 91207 Z- 12003\n")
+    found, _ = look_at(file, ReadingOptions(units="mm"), format_of(file))
+    assert "beyond any machine" in " ".join(found.warnings)
+
+
+_FUSION = "".join(
+    f"G800 N{i} X{i}0. Y10. Z0. I0. J0. K1.\nG801 N{i} X{i}0. Y10. Z3.00{i} R3.\n"
+    for i in range(1, 5)
+)
+
+
+def test_a_touch_elsewhere_on_its_normal_is_named() -> None:
+    last = "G800 N5 X50. Y10. Z0. I0. J0. K1.\nG801 N5 X50. Y10. Z-4. R3.\n"
+    file = SourceFile("a.txt", f"START\n{_FUSION}{last}END\n".encode())
+    told = read_readings(file, ReadingOptions(units="mm")).warnings
+    assert any("than the others do: line 11 (-7.002 mm)" in said for said in told)
+
+
+def test_tip_centres_behind_their_surface_are_refused() -> None:
+    file = SourceFile("a.txt", f"START\n{_FUSION}END\n".replace("K1.", "K-1.").encode())
+    with pytest.raises(InputError, match="behind its nominal surface, by 3 mm"):
+        read_readings(file, ReadingOptions(units="mm"))
