@@ -222,7 +222,7 @@ def test_renishaw_guide(tmp_path: Path, qualified: Path, monkeypatch: pytest.Mon
     printed = followed("renishaw", tmp_path, qualified, monkeypatch)
     text = (GUIDES / "renishaw.md").read_text(encoding="utf-8")
     right, wrong, touched = re.findall(r"([\d.]+) UM AT MOST", printed)[:3]
-    assert f"leaves {float(right):.1f} µm at most" in text
+    assert f"leaves errors of at most {float(right):.1f} µm" in text
     assert f"{float(wrong):.1f} µm if it is wrong" in text
     assert f"leave {float(touched):.1f} µm" in text
     for name, row in (("O7799.nc", "`O7799.nc` (normals)"), ("travel.nc", "`travel.nc`")):

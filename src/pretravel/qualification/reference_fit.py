@@ -441,12 +441,12 @@ def _at_few_places(model: ReferenceModel, terms: Sequence[Term]) -> list[str]:
     wrong = WITHIN_A_TURN / min(apart for _, apart in found)
     return [
         (
-            f"the touches that give the scale of {axes} are at few places of the axis: the block "
-            "stands at the same at all turns. An error of the screw there is in the scale, and "
-            f"touches hardly show it: the {WITHIN_A_TURN / MICROMETRE:.0f} µm within a turn that "
-            f"ISO 3408-3 allows make up to {wrong * 1e6:.0f} µm/m, which U contains only by their "
-            "probability. At each turn place the block a few millimetres elsewhere along each "
-            "axis, along z on parallels"
+            f"the touches that give the scale of {axes} are at few places of the axis, because the "
+            "block stands at the same place at all turns. An error of the screw at these places "
+            "changes the scale, and touches hardly show it. ISO 3408-3 allows "
+            f"{WITHIN_A_TURN / MICROMETRE:.0f} µm within a revolution of the screw: this is up to "
+            f"{wrong * 1e6:.0f} µm/m, which U contains only by its probability. At each turn place "
+            "the block a few millimetres elsewhere along each axis, along z on parallels"
         )
     ]
 

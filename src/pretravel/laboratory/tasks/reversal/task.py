@@ -145,9 +145,8 @@ def _together(orders: Sequence[int]) -> str:
         return "amplitude"
     named = ", ".join(str(order) for order in orders[:3])
     return (
-        f"amplitude; not distinguished from order {named}, whose usual size is in u; an odd "
-        "number of equal "
-        "steps, 13 or 15, separates more"
+        f"amplitude; not distinguished from order {named}, of which u contains the usual size; an "
+        "odd number of equal steps, 13 or 15, separates more"
     )
 
 
