@@ -153,7 +153,7 @@ def _not_read(letters: set[str]) -> tuple[str, ...]:
     """A sentence that names letters of the lines that say nothing to the reader."""
     if not letters:
         return ()
-    return (f"not read: the numbers after {', '.join(sorted(letters))} beside the positions",)
+    return (f"not read: the numbers after {', '.join(sorted(letters))} in the lines of positions",)
 
 
 def _units(file: SourceFile, line: str, number: int, units: str | None) -> str | None:
