@@ -35,7 +35,7 @@ def test_another_work_offset_beside_a_position_is_refused(form: str) -> None:
 
 
 def test_numbers_that_are_not_read_are_named() -> None:
-    said = "not read: the numbers after D, R beside the positions"
+    said = "not read: the numbers after D, R in the lines of positions"
     assert said in _read("X1.0 Y2.0 Z3.0 D10.002 R0.1\n").warnings
 
 
