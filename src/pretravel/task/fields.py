@@ -232,8 +232,8 @@ Polars: TypeAlias = Annotated[
 Approach: TypeAlias = Annotated[
     Literal["normal", "file"],
     Field(
-        help="Direction of approach, against the surface normal or that of the columns ax,ay,az "
-        "in the file of targets.",
+        help="Direction of approach: against the surface normal, or as the columns ax,ay,az in "
+        "the file of targets give it.",
     ),
 ]
 Units: TypeAlias = Literal["mm", "inch"]

@@ -72,8 +72,12 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
         if row.where == place and row.method in _COLOURS.keys() - {FULL_MAP, UNCORRECTED}
     ]
     best = min(simpler, key=lambda row: row.largest)
-    u_map = KeyFigure("u of the map", result.u_map / MICROMETRE, "µm",
-                      remark="rms; not in the errors of other corrections")  # fmt: skip
+    u_map = KeyFigure(
+        "u of the map",
+        result.u_map / MICROMETRE,
+        "µm",
+        remark="rms; the errors of the other corrections do not contain it",
+    )
     return Document(
         title=title,
         verdict=f"The best correction simpler than the map is '{_shown(best.method)}': its error "

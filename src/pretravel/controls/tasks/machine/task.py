@@ -17,7 +17,7 @@ _SMALLEST_TIP, _LARGEST_TIP = 0.1, 30.0
 
 
 class MachineFile(Task):
-    """Print the machine file that program needs, to edit: probe, feeds, heights, work offset."""
+    """Print a machine file to edit, for pretravel program: probe, feeds, heights, work offset."""
 
     name = "machine"
     example = "pretravel machine --var linuxcnc.var --tools tool.tbl --tool 99 > mill.toml"

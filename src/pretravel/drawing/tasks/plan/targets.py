@@ -62,7 +62,7 @@ class PlanTargets(Reported):
     surface: Annotated[
         str,
         Field(
-            help="Surface: part.step#face, part.step for all faces, sphere:…, convex, …",
+            help="Surface: part.step#face, part.step for all faces, sphere:…, convex and others",
             positional=True,
             reads=surface_files,
             word=is_shape,
@@ -79,8 +79,8 @@ class PlanTargets(Reported):
     curvature_um: Annotated[
         float | None,
         Field(
-            help="Choose closer points where the surface is curved: the largest height of the "
-            "surface over the chord between neighbours, in µm.",
+            help="Largest height of the surface over the chord between neighbours, in µm: points "
+            "are closer where the surface is curved.",
             range=STEP,
         ),
     ] = None

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 class Repeat(Reported):
     """Evaluate repeated touches of one point: noise, drift, error of the first touch.
 
-    Also the interval in which the next touch will lie.
+    It also gives the interval in which the next touch will lie.
     """
 
     name = "repeat"

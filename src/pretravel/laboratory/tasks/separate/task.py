@@ -76,7 +76,7 @@ class Separate(LaboratoryReport):
         tuple[Path, ...],
         Field(
             help="CSV with machine_index,probe_index,error_um (distance of the tip centre from "
-            "that of the sphere, less the radii of sphere and tip, in µm), or touches of the "
+            "that of the sphere, minus the radii of sphere and tip, in µm), or touches of the "
             "reference's equator at each orientation of the probe "
             "(x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg), in one file or in one "
             "for each setup: files, a folder or a name with *.",
