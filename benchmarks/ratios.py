@@ -33,7 +33,7 @@ from pretravel.measurement.compensation import apply
 from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.materials import contact_modulus, material
+from pretravel.prediction.materials import material
 from pretravel.prediction.seats import SeatStatics, seat_statics
 from pretravel.prediction.trigger import predict
 from pretravel.qualification.qualifying import qualify
@@ -68,12 +68,12 @@ class LoopedProbe:
         self.seat = rod_on_ball_coefficient(
             probe.tripod.rod_radius,
             probe.seats.ball_radius,
-            contact_modulus(probe.tripod.material, probe.seats.material),
+            probe.tripod.material.contact_modulus(probe.seats.material),
         )
         self.lateral = bending_compliance(probe.stylus) + shear_compliance(probe.stylus)
         self.axial = axial_compliance(probe.stylus)
         self.tip = (
-            9.0 / (16.0 * probe.tip.radius * contact_modulus(probe.tip.material, steel) ** 2)
+            9.0 / (16.0 * probe.tip.radius * probe.tip.material.contact_modulus(steel) ** 2)
         ) ** (1.0 / 3.0)
 
     def pretravel(self, n: np.ndarray) -> float:

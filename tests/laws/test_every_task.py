@@ -13,7 +13,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.cli.app import App
 from pretravel.cli.derived import command_of, task_of
 from pretravel.task.listed import PLACES, task_named
-from pretravel.task.task import Task, by_name, command_line, settings_of, unused
+from pretravel.task.task import Task, by_name, settings_of, unused
 from tests.support.task_samples import samples
 
 TASKS = {**{name: task_named(name) for name in PLACES}, App.name: App}
@@ -36,7 +36,7 @@ def test_the_command_line_of_a_task_means_the_task(task: type[Task]) -> None:
     command = command_of(task)
     for first in ("", *_keys(task)):
         full = _full(task, first)
-        words = shlex.split(command_line(full))[1 + len(task.name.split()) :]
+        words = shlex.split(full.command_line())[1 + len(task.name.split()) :]
         context = command.make_context(task.name, words)
         assert task_of(task, context.params) == full
 

@@ -18,7 +18,7 @@ from pretravel.prediction.beam import stylus_compliance
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import compliance_model
 from pretravel.prediction.description import Probe
-from pretravel.prediction.materials import contact_modulus, default_workpiece
+from pretravel.prediction.materials import default_workpiece
 from pretravel.prediction.response import probe_response
 from pretravel.prediction.seats import seat_frame, seat_statics
 from pretravel.prediction.trigger import predict, predicted_map
@@ -140,7 +140,8 @@ def test_small_loads_meet_mindlins_stiffness(omp40: Probe) -> None:
     (2 - nu) of the normal one, assembled here by hand. At some hundredths of the trigger's
     deflection, Hertz deviates from linear by less than 2 %."""
     frame = seat_frame(omp40)
-    c = rod_on_ball_coefficient(2.75, 3.5, contact_modulus(*[omp40.tripod.material] * 2))
+    metal = omp40.tripod.material
+    c = rod_on_ball_coefficient(2.75, 3.5, metal.contact_modulus(metal))
     normal = 1.5 * seat_statics(omp40).rest_reactions ** (1.0 / 3.0) / c
     nu = omp40.tripod.material.poissons_ratio
     tangential = normal * 2.0 * (1.0 - nu) / (2.0 - nu)

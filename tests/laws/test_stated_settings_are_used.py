@@ -23,7 +23,7 @@ from pretravel.cli.derived import command_of, task_of
 from pretravel.laboratory.tasks.check.screen_work import example_touches
 from pretravel.task import task as machinery
 from pretravel.task.listed import PLACES, task_named
-from pretravel.task.task import Setting, Task, settings_of, unused, written_files
+from pretravel.task.task import Setting, Task, settings_of, unused
 from tests.support.commands import follow
 from tests.support.examples import EXAMPLES
 from tests.support.task_samples import samples
@@ -195,7 +195,7 @@ def do(task: Task) -> None:
     """Run a task, make its report and write its values."""
     result = task.run()
     result.document()
-    for setting, path in written_files(task):
+    for setting, path in task.written_files():
         if not (setting.field.in_run or setting.is_report(path)):
             result.write(setting.name, path)
 

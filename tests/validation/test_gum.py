@@ -19,7 +19,6 @@ from pretravel.qualification.time_series import (
     SeriesNoise,
     TimeSeries,
     column_fit,
-    determined_noise,
     states_of,
 )
 from pretravel.uncertainty.covariance import Covariance
@@ -221,7 +220,7 @@ def test_h5_scatter_between_days() -> None:
     assert pytest.approx(2.25, abs=0.005) == 5.0 * 57.0**2 / 85.0**2
     assert 5.0 * between**2 / within**2 == pytest.approx(2.26, abs=0.005)
     days = TimeSeries(np.arange(10.0), microvolt, np.full(10, within / math.sqrt(5.0)))
-    noise = determined_noise(days, np.empty((10, 0)), walk=False)
+    noise = days.determined_noise(np.empty((10, 0)), walk=False)
     assert noise.scatter == pytest.approx(43.0, abs=0.5)
     mean = Budget((Component("days", "A", between / math.sqrt(10.0), dof=9.0),))
     assert mean.combined == pytest.approx(18.0, abs=0.5)

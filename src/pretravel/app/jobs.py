@@ -55,9 +55,7 @@ class ShownResult(Generic[Made]):
     @property
     def command(self) -> str:
         """The command that does the same; empty where no task does it."""
-        from pretravel.task import command_line
-
-        return "" if self.same is None else command_line(self.same)
+        return "" if self.same is None else self.same.command_line()
 
 
 def report_of(result: Any) -> Document | None:

@@ -16,7 +16,7 @@ from pretravel.app.screens import SCREENS, Screen
 from pretravel.app.session import SESSION, address_in
 from pretravel.app.terminal_text import flaw_message
 from pretravel.base import installed_version
-from pretravel.show import glossary, word_anchor
+from pretravel.show import glossary
 
 _KEPT = "What you typed is kept in this browser"
 _NOT_CONNECTED = {
@@ -225,7 +225,7 @@ def help_page() -> None:
         text("h2", "Words").props('id="words"')
         with ui.element("dl").classes("words"):
             for entry in glossary():
-                text("dt", entry.term).props["id"] = word_anchor(entry)
+                text("dt", entry.term).props["id"] = entry.anchor
                 meaning = entry.meaning.replace("*", "")
                 text("dd", f"{meaning} [{entry.unit}]" if entry.unit else meaning)
 

@@ -163,9 +163,8 @@ def with_file_names(task: T, **stated: Any) -> T:
         Other settings, such as the output.
 
     >>> from pretravel.tasks.qualify import Qualify
-    >>> from pretravel.task.task import command_line
     >>> task = Qualify(touches="folder/a.csv", diameter=25)
-    >>> command_line(with_file_names(task, output="map.json"))
+    >>> with_file_names(task, output="map.json").command_line()
     'pretravel qualify a.csv --diameter 25 -o map.json'
     """
     names: dict[str, Any] = {}

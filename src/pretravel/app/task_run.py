@@ -28,7 +28,6 @@ from pretravel.task import (
     Setting,
     Task,
     by_name,
-    command_line,
     settings_of,
     surface_files,
     task_named,
@@ -206,7 +205,7 @@ def run_task(inputs: Inputs) -> TaskRun:
         report = result.document()
         grown = {name: _stored(getattr(task, name)) for name in growing}
         return TaskRun(
-            command_line(with_file_names(task, **_shown(names))),
+            with_file_names(task, **_shown(names)).command_line(),
             with_file_names(task, **_shown(names)),
             report,
             result.page() if report is not None else None,

@@ -50,7 +50,6 @@ from .frames import checked_rotation as checked_rotation
 from .frames import parse_placement as parse_placement
 from .frames import probe_rotation as probe_rotation
 from .frames import turned_about_axes as turned_about_axes
-from .frames import typed_placement as typed_placement
 from .json_text import MOST_MEMORY as MOST_MEMORY
 from .json_text import memory_of_json as memory_of_json
 from .json_text import parsed_json as parsed_json
@@ -90,7 +89,6 @@ from .quantities import checked_values as checked_values
 from .quantities import decimal_point_advice as decimal_point_advice
 from .quantities import degrees_in as degrees_in
 from .quantities import extent as extent
-from .quantities import limits as limits
 from .toml_file import TomlDocument as TomlDocument
 from .toml_file import TomlStructure as TomlStructure
 from .toml_file import parse_toml as parse_toml

@@ -230,18 +230,17 @@ class Placement:
         """From the machine to the part."""
         return Placement(frozen(self.rotation.T), frozen(-self.rotation.T @ self.shift))
 
+    def typed(self) -> str:
+        """A placement as it is typed: x,y,z in mm, then turns about x, y and z in degrees.
 
-def typed_placement(placement: Placement) -> str:
-    """A placement as it is typed: x,y,z in mm, then turns about x, y and z in degrees.
+        >>> parse_placement("1,2,3,0,0,90").typed()
+        '1,2,3,0,0,90'
+        """
+        from scipy.spatial.transform import Rotation
 
-    >>> typed_placement(parse_placement("1,2,3,0,0,90"))
-    '1,2,3,0,0,90'
-    """
-    from scipy.spatial.transform import Rotation
-
-    angles = Rotation.from_matrix(np.array(placement.rotation)).as_euler("xyz") / DEGREE
-    numbers = [*(round(value, 6) for value in placement.shift), *(round(a, 7) for a in angles)]
-    return ",".join(f"{value + 0.0:.10g}" for value in numbers)
+        angles = Rotation.from_matrix(np.array(self.rotation)).as_euler("xyz") / DEGREE
+        numbers = [*(round(value, 6) for value in self.shift), *(round(a, 7) for a in angles)]
+        return ",".join(f"{value + 0.0:.10g}" for value in numbers)
 
 
 def parse_placement(text: str) -> Placement:

@@ -70,6 +70,17 @@ class QuantityRange(NamedTuple):
     highest: float
     unit: str = ""
 
+    def limits(self, unit: float = 1.0) -> dict[str, Any]:
+        """The range as ``min`` and ``max`` of an option, which is given in another unit.
+
+        >>> NOISE.limits(1e-3)
+        {'min': 0.0, 'max': 10000.0}
+        """
+        return {
+            "min": _rounded(self.lowest / unit),
+            "max": _rounded(self.highest / unit),
+        }
+
 
 COMPONENT = QuantityRange(-1.0 - 1e-6, 1.0 + 1e-6)
 """Of a unit vector, rounded as files round."""
@@ -276,18 +287,6 @@ def as_numbers(values: npt.ArrayLike, what: str) -> FloatArray:
         return frozen(values)
     except (TypeError, ValueError, OverflowError):
         raise PretravelError(f"{what} must be numbers, none of them too large") from None
-
-
-def limits(quantity: QuantityRange, unit: float = 1.0) -> dict[str, Any]:
-    """The range as ``min`` and ``max`` of an option, which is given in another unit.
-
-    >>> limits(NOISE, 1e-3)
-    {'min': 0.0, 'max': 10000.0}
-    """
-    return {
-        "min": _rounded(quantity.lowest / unit),
-        "max": _rounded(quantity.highest / unit),
-    }
 
 
 def _rounded(value: float) -> float:

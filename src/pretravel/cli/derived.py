@@ -25,9 +25,7 @@ from pretravel.task import (
     Result,
     Setting,
     Task,
-    read_files,
     settings_of,
-    written_files,
 )
 
 if TYPE_CHECKING:
@@ -214,8 +212,8 @@ def deliver(task: Task, typed: Sequence[str] = ()) -> int:
     int
         The exit code.
     """
-    inputs = read_files(task)
-    outputs = list(written_files(task))
+    inputs = task.read_files()
+    outputs = list(task.written_files())
     named = [(path, _endings(task, setting, path)) for setting, path in outputs]
     check_files(
         [each for each in named if each[1] != FOLDER],

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pretravel.task import Setting, Task, read_files, settings_of
+from pretravel.task import Setting, Task, settings_of
 
 if TYPE_CHECKING:
     from pretravel.show import InputFile, StatedSetting, WorkRecord
@@ -20,7 +20,7 @@ def input_files(task: Task) -> list[InputFile]:
     """
     from pretravel.show import input_file
 
-    files = {path.resolve(): path for path in reversed(read_files(task)) if path.is_file()}
+    files = {path.resolve(): path for path in reversed(task.read_files()) if path.is_file()}
     return [input_file(path, _role(task, path)) for path in reversed(files.values())]
 
 

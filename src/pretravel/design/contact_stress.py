@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, PretravelError, frozen
-from pretravel.prediction import Material, Probe, contact_modulus
+from pretravel.prediction import Material, Probe
 from pretravel.six_seats import contact_area, ellipticity
 
 _DEEPEST = 2.0
@@ -93,7 +93,7 @@ def contact_stress(
     f = np.maximum(f, 0.0)
     larger, smaller = radii
     ratio = float(ellipticity(larger / smaller))
-    area = contact_area(f, larger, smaller, contact_modulus(*bodies))
+    area = contact_area(f, larger, smaller, bodies[0].contact_modulus(bodies[1]))
     loaded = area > 0.0
     pressure = np.where(loaded, 1.5 * f / (math.pi * np.where(loaded, area, 1.0)), 0.0)
     half_axis = np.sqrt(area * ratio)

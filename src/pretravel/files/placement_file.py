@@ -17,7 +17,6 @@ from pretravel.base import (
     checked_rotation,
     frozen,
     parsed_json,
-    typed_placement,
     write_text,
 )
 from pretravel.files.source_file import Source, SourceFile, opened
@@ -55,7 +54,7 @@ def write_placement(
         "version": _VERSION,
         "part": part,
         "touches": touches,
-        "place": typed_placement(placement),
+        "place": placement.typed(),
         "rotation": np.asarray(placement.rotation).tolist(),
         "shift_mm": np.asarray(placement.shift).tolist(),
     }

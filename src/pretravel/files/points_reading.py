@@ -38,7 +38,6 @@ from pretravel.measurement import Points
 from pretravel.touches import (
     copied_rows_warnings,
     length_of_run,
-    refuse_several,
     refuse_several_runs,
     rows_in_a_row_warnings,
 )
@@ -184,7 +183,7 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
         )
         told = (*told, together)
         found = replace(found, words={k: v for k, v in found.words.items() if k != "tip"})
-    refuse_several(found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1))))
+    (found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1)))).refuse_several()
     _refuse_tip_centres(file, found, options)
     count = len(found.positions)
     points = Points.plain(found.positions, labels_or_numbers(found.labels, count))

@@ -24,7 +24,6 @@ from pretravel.qualification import (
     break_at,
     breaks_of,
     course_of,
-    determined_noise,
     fitted_noises,
     weighed_noises,
 )
@@ -253,7 +252,7 @@ def _noise(touches: FloatArray, u: FloatArray, kept: BoolArray, step: float) -> 
         return False, rounding
     series = TimeSeries(np.flatnonzero(kept).astype(np.float64), touches[kept], u[kept])
     walks = course_of(series).kind == "random walk"
-    found = determined_noise(series, series.times[:, None], walk=walks)
+    found = series.determined_noise(series.times[:, None], walk=walks)
     return walks, max(math.hypot(found.scatter, math.sqrt(found.walk)), rounding)
 
 

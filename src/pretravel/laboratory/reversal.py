@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pretravel.base import DEGREE, FloatArray, IntArray, PretravelError, azimuth_angle, frozen
-from pretravel.touches import Touches, refuse_several
+from pretravel.touches import Touches
 
 ORDERS = (1, 3, 5)
 """Lobes that half of the difference is fitted with: the run-out is in the first."""
@@ -111,7 +111,7 @@ def reversed_touches(touches: Touches) -> ReversedPairs:
     ([15.48, 0.0, 0.0], [0.01, 0.01])
     """
     first, second = _orientations(touches)
-    refuse_several(touches)
+    touches.refuse_several()
     partners = _partners(touches, first, second)
     one, other = touches.take(first), touches.take(partners)
     difference = one.positions - other.positions

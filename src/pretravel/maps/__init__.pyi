@@ -6,7 +6,6 @@ from .basis import SeriesForm as SeriesForm
 from .basis import SixSeatForm as SixSeatForm
 from .basis import StoredArray as StoredArray
 from .basis import StoredBasis as StoredBasis
-from .basis import values_in_blocks as values_in_blocks
 from .grid import effective_radius_table as effective_radius_table
 from .grid import map_grid as map_grid
 from .kind import FEWEST_OF_SIX_SEATS as FEWEST_OF_SIX_SEATS
@@ -40,7 +39,6 @@ from .machine_terms import priors_of as priors_of
 from .observation import BEFORE_CONTACT as BEFORE_CONTACT
 from .observation import IMPLAUSIBLE_PRETRAVEL as IMPLAUSIBLE_PRETRAVEL
 from .observation import LARGEST_PRETRAVEL as LARGEST_PRETRAVEL
-from .observation import MOST_KEPT as MOST_KEPT
 from .observation import SMALLEST_PRETRAVEL as SMALLEST_PRETRAVEL
 from .observation import Observation as Observation
 from .observation import Scatter as Scatter

@@ -227,27 +227,23 @@ class MapBasis(ABC):
         del directions
         return {}
 
+    def values_in_blocks(self, directions: FloatArray, coefficients: FloatArray) -> FloatArray:
+        """`MapBasis.value` in blocks of directions, so that a million of them need little memory.
 
-def values_in_blocks(
-    basis: MapBasis, directions: FloatArray, coefficients: FloatArray
-) -> FloatArray:
-    """`MapBasis.value` in blocks of directions, so that a million of them need little memory.
+        Parameters
+        ----------
+        directions : (n, 3) float
+            Probe frame.
+        coefficients : (k,) float
+            [mm]
 
-    Parameters
-    ----------
-    basis : MapBasis
-    directions : (n, 3) float
-        Probe frame.
-    coefficients : (k,) float
-        [mm]
-
-    Returns
-    -------
-    (n,) float
-        [mm]
-    """
-    found = np.empty(len(directions))
-    for start in range(0, len(directions), BLOCK):
-        part = slice(start, start + BLOCK)
-        found[part] = basis.value(directions[part], coefficients)
-    return found
+        Returns
+        -------
+        (n,) float
+            [mm]
+        """
+        found = np.empty(len(directions))
+        for start in range(0, len(directions), BLOCK):
+            part = slice(start, start + BLOCK)
+            found[part] = self.value(directions[part], coefficients)
+        return found

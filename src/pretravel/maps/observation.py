@@ -282,6 +282,26 @@ class TouchedMeans:
         object.__setattr__(self, "pretravel", pretravel)
         object.__setattr__(self, "counts", counts)
 
+    @staticmethod
+    def of(observation: Observation, center: FloatArray, tip_radius: float) -> TouchedMeans | None:
+        """What was observed in each direction, about the centre and with the tip radius of a map.
+
+        None of more than some thousand directions.
+
+        Parameters
+        ----------
+        observation : Observation
+        center : (3,) float
+            [mm]
+        tip_radius : float
+            [mm]
+        """
+        if observation.direction_count > MOST_KEPT:
+            return None
+        observed = replace(observation, center=center).group_means
+        counts = np.bincount(observation.groups).astype(np.float64)
+        return TouchedMeans(observed + (tip_radius - observation.tip_radius), counts)
+
 
 IMPLAUSIBLE_PRETRAVEL = 0.1
 """A map that rises above this is warned about: probes deflect by 1 to 80 um. [mm]"""

@@ -38,7 +38,7 @@ from pretravel.base import (
     from_file,
     frozen,
 )
-from pretravel.maps.basis import BLOCK, MapBasis, values_in_blocks
+from pretravel.maps.basis import BLOCK, MapBasis
 from pretravel.maps.machine_terms import MachineTerms
 from pretravel.maps.observation import TouchedMeans
 from pretravel.maps.provenance import Provenance
@@ -345,7 +345,7 @@ Touch the reference there too, or allow extrapolation.
     ) -> tuple[FloatArray, FloatArray]:
         """Value and standard uncertainty in directions of the probe frame, in chunks."""
         if not (with_uncertainty and self.states_uncertainty):
-            value = values_in_blocks(self.basis, directions, self.coefficients)
+            value = self.basis.values_in_blocks(directions, self.coefficients)
             return value, np.zeros(len(directions))
         value, variance = np.empty(len(directions)), np.empty(len(directions))
         rows = min(max(_CHUNK_VALUES // self.basis.size, 1), BLOCK)

@@ -35,7 +35,6 @@ from pretravel.touches import (
     TouchesLike,
     as_touches,
     refuse_glancing,
-    refuse_several,
 )
 
 if TYPE_CHECKING:
@@ -143,7 +142,7 @@ def apply_with_errors(
     PointErrors
     """
     touches = as_touches(touches)
-    refuse_several(touches)
+    touches.refuse_several()
     pretravel_map, _ = with_step_of_touches(as_map(pretravel_map), touches)
     refuse_other_orientation(touches, pretravel_map)
     given, touches = touches, pretravel_map.without_machine(touches)

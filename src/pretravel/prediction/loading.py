@@ -8,7 +8,7 @@ import numpy as np
 
 from pretravel.base import FloatArray, IntArray
 from pretravel.prediction.description import Probe
-from pretravel.prediction.materials import Material, contact_modulus
+from pretravel.prediction.materials import Material
 from pretravel.prediction.seats import SeatStatics, lifted_heights, seat_coefficient
 from pretravel.six_seats import PIEZO_STAGE, ball_on_flat, trigger_force, watched_loads
 
@@ -80,7 +80,7 @@ class Loading:
     def tip_approach(self) -> FloatArray:
         """Approach of the tip's centre and a flat part by Hertz's law, as vectors (n, 3). [mm]"""
         tip = self.probe.tip
-        modulus = contact_modulus(tip.material, self.workpiece)
+        modulus = tip.material.contact_modulus(self.workpiece)
         return np.asarray(ball_on_flat(self.force, tip.radius, modulus)[:, None] * self.directions)
 
 

@@ -73,6 +73,15 @@ class Material:
         """(1 - nu²) / E, one body's part of a contact modulus. [1/MPa]"""
         return (1.0 - self.poissons_ratio**2) / self.youngs_modulus
 
+    def contact_modulus(self, second: Material) -> float:
+        r"""E* = [(1 - nu1²)/E1 + (1 - nu2²)/E2]^-1. [MPa]
+
+        >>> from pretravel.prediction.materials import material
+        >>> round(material("ruby").contact_modulus(material("steel")))
+        150987
+        """
+        return 1.0 / (self.plane_strain_compliance + second.plane_strain_compliance)
+
 
 @dataclass(frozen=True)
 class MaterialTable:
@@ -171,13 +180,3 @@ def default_workpiece() -> Material:
     'steel'
     """
     return material("steel")
-
-
-def contact_modulus(first: Material, second: Material) -> float:
-    r"""E* = [(1 - nu1²)/E1 + (1 - nu2²)/E2]^-1. [MPa]
-
-    >>> from pretravel.prediction.materials import material
-    >>> round(contact_modulus(material("ruby"), material("steel")))
-    150987
-    """
-    return 1.0 / (first.plane_strain_compliance + second.plane_strain_compliance)

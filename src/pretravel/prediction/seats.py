@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from pretravel.base import STANDARD_GRAVITY, DescriptionError, FloatArray, checked_unit, frozen
 from pretravel.prediction.description import Probe
-from pretravel.prediction.materials import contact_modulus
 from pretravel.six_seats import (
     PIEZO_STAGE,
     SEAT_NAMES,
@@ -230,7 +229,7 @@ def seat_coefficient(probe: Probe) -> float:
     return rod_on_ball_coefficient(
         probe.tripod.rod_radius,
         probe.seats.ball_radius,
-        contact_modulus(probe.tripod.material, probe.seats.material),
+        probe.tripod.material.contact_modulus(probe.seats.material),
     )
 
 

@@ -2,7 +2,6 @@
 
 from .block_plan import BlockPlan as BlockPlan
 from .block_plan import plan_block as plan_block
-from .change_causes import MENTIONED as MENTIONED
 from .change_causes import Cause as Cause
 from .change_causes import LikelyCause as LikelyCause
 from .change_tests import Change as Change
@@ -26,8 +25,6 @@ from .probe_drift import drifted_map as drifted_map
 from .probe_drift import spread_over_support as spread_over_support
 from .qualification import KindScore as KindScore
 from .qualification import Qualification as Qualification
-from .qualification import part_point_budget as part_point_budget
-from .qualification import radius_budget as radius_budget
 from .qualifying import qualified as qualified
 from .qualifying import qualify as qualify
 from .qualifying import qualify_like as qualify_like
@@ -55,7 +52,6 @@ from .terms_of_days import day_terms as day_terms
 from .terms_of_days import radius_beside as radius_beside
 from .time_series import FEWEST_VALUES as FEWEST_VALUES
 from .time_series import TimeSeries as TimeSeries
-from .time_series import determined_noise as determined_noise
 from .touch_plan import TouchPlan as TouchPlan
 from .touch_plan import plan_touches as plan_touches
 from .verification import Verification as Verification

@@ -78,7 +78,7 @@ _BENDING_POWER, _BENDING_SHARE = 2.3, 0.9
 preload (bending is linear, Hertz's contacts are not); 2.0 to 2.5 and 0.86 to 0.94 in the
 catalogue."""
 _AXIAL_RATIO = 0.03
-MENTIONED = 0.1
+_MENTIONED = 0.1
 """Causes with a smaller probability are not in a report."""
 
 
@@ -105,6 +105,11 @@ class LikelyCause:
     value: float = math.nan
     u: float = math.nan
     direction: tuple[float, ...] = ()
+
+    @property
+    def mentioned(self) -> bool:
+        """Whether it is probable enough to be in a report."""
+        return self.probability >= _MENTIONED
 
 
 @dataclass(frozen=True)

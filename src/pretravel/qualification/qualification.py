@@ -248,48 +248,38 @@ class Qualification(ShownInNotebooks, WithPlot):
             f"{len(self.warnings)} warnings)"
         )
 
+    def part_point_budget(self) -> Budget:
+        """The budget of a point on a part, in the directions of the map on average.
 
-def part_point_budget(result: Qualification) -> Budget:
-    """The budget of a point on a part, in the directions of the map on average.
+        Returns
+        -------
+        Budget
+            In mm: scatter of a touch, map (root mean square over its directions), reference.
+        """
+        made = self.pretravel_map
+        u_map = float(np.sqrt(np.mean(made.over_support()[2] ** 2)))
+        return Budget(
+            _stated(
+                Component("repeatability", "A", made.repeatability, dof=_dof(self)),
+                Component("fixed scatter", "B", made.fixed_scatter),
+                Component("map", "B", u_map),
+                *_of_reference(self),
+            ),
+            "a point on a part, rms over the map",
+        )
 
-    Parameters
-    ----------
-    result : Qualification
+    def radius_budget(self) -> Budget:
+        """The budget of the effective radius of the tip.
 
-    Returns
-    -------
-    Budget
-        In mm: scatter of a touch, map (root mean square over its directions), reference.
-    """
-    made = result.pretravel_map
-    u_map = float(np.sqrt(np.mean(made.over_support()[2] ** 2)))
-    return Budget(
-        _stated(
-            Component("repeatability", "A", made.repeatability, dof=_dof(result)),
-            Component("fixed scatter", "B", made.fixed_scatter),
-            Component("map", "B", u_map),
-            *_of_reference(result),
-        ),
-        "a point on a part, rms over the map",
-    )
-
-
-def radius_budget(result: Qualification) -> Budget:
-    """The budget of the effective radius of the tip.
-
-    Parameters
-    ----------
-    result : Qualification
-
-    Returns
-    -------
-    Budget
-        In mm: touches, reference and, where several feeds separated it, signal delay.
-    """
-    known = (Component("touches", "A", result.fit.u_mean, dof=_dof(result)), *_of_reference(result))
-    rest = result.u_effective_radius**2 - math.fsum(part.contribution**2 for part in known)
-    delay = 0.0 if result.delay is None else math.sqrt(max(rest, 0.0))
-    return Budget(_stated(*known, Component("signal delay", "B", delay)), "effective radius")
+        Returns
+        -------
+        Budget
+            In mm: touches, reference and, where several feeds separated it, signal delay.
+        """
+        known = (Component("touches", "A", self.fit.u_mean, dof=_dof(self)), *_of_reference(self))
+        rest = self.u_effective_radius**2 - math.fsum(part.contribution**2 for part in known)
+        delay = 0.0 if self.delay is None else math.sqrt(max(rest, 0.0))
+        return Budget(_stated(*known, Component("signal delay", "B", delay)), "effective radius")
 
 
 def _of_reference(result: Qualification) -> tuple[Component, ...]:

@@ -22,7 +22,6 @@ from pretravel.maps import (
     AUTO,
     FEWEST_OF_SIX_SEATS,
     KINDS,
-    MOST_KEPT,
     AveragedBasis,
     CenteredFit,
     HarmonicMapFit,
@@ -30,7 +29,6 @@ from pretravel.maps import (
     MachineTerms,
     MapFit,
     MapLike,
-    Observation,
     Origin,
     PretravelMap,
     Provenance,
@@ -43,7 +41,6 @@ from pretravel.maps import (
     kind_named,
     one_word,
     orientation_of,
-    values_in_blocks,
 )
 from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
 from pretravel.qualification.kind_weights import averaged, compare_kinds
@@ -64,7 +61,6 @@ from pretravel.touches import (
     TouchesLike,
     as_touches,
     copied_readings,
-    refuse_several,
 )
 from pretravel.uncertainty import Covariance
 
@@ -259,7 +255,7 @@ def prepare(
     >>> bool(ready.used.all()), ready.delay is None
     (True, True)
     """
-    refuse_several(touches, one_reference=True)
+    touches.refuse_several(one_reference=True)
     orientation_of(touches)  # refuses several
     latched, rotation = touches.positions, probe_rotation(setup.axis)
     # What was touched: directions, their repeats, the centre of the reference.
@@ -344,7 +340,7 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
     pretravel_map = _map(ready, kind, fit, centered, repeatability, delay_effect)
     about = replace(ready.whole, center=centered.center)
     observed = about.values + (pretravel_map.tip_radius - fit.observation.tip_radius)
-    modelled = values_in_blocks(fit.basis, about.directions, pretravel_map.coefficients)
+    modelled = fit.basis.values_in_blocks(about.directions, pretravel_map.coefficients)
     axes = rotation[:, : ready.observation.axes]
     later = rotation @ moved
     in_common = ready.effects.in_common
@@ -519,7 +515,7 @@ def _map(
         delay=None if delay is None else delay.delay,
         u_delay=0.0 if delay is None else delay.u_delay,
         delay_effect=delay_effect,
-        touched=_touched(fit.observation, centered.center, tip_radius),
+        touched=TouchedMeans.of(fit.observation, centered.center, tip_radius),
         provenance=Provenance(
             Origin.QUALIFIED,
             f"qualified on a {setup.reference} of {setup.diameter:.9g} mm",
@@ -537,17 +533,6 @@ def _map(
             kind_settings=dict(kind.settings()),
         ),
     )
-
-
-def _touched(
-    observation: Observation, center: FloatArray, tip_radius: float
-) -> TouchedMeans | None:
-    """What was observed in each direction, about the centre and with the tip of the map."""
-    if observation.direction_count > MOST_KEPT:
-        return None
-    observed = replace(observation, center=center).group_means
-    counts = np.bincount(observation.groups).astype(np.float64)
-    return TouchedMeans(observed + (tip_radius - observation.tip_radius), counts)
 
 
 def qualify_like(

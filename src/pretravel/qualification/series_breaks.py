@@ -14,7 +14,6 @@ from pretravel.qualification.time_series import (
     SeriesNoise,
     TimeSeries,
     Whitened,
-    determined_noise,
     series_of,
 )
 
@@ -117,7 +116,7 @@ def _candidates(series: TimeSeries) -> set[tuple[int, bool]]:
     """Places whose break is the clearest for one of three noises, from independent to walking."""
     shortest = float(np.ptp(series.times)) / len(series)
     large = float(np.var(series.values)) + float(np.max(series.u**2))
-    likely = determined_noise(series, series.times[:, None])
+    likely = series.determined_noise(series.times[:, None])
     noises = (SeriesNoise(0.0, 0.0), likely, SeriesNoise(0.0, 100.0 * large / max(shortest, 1e-9)))
     found: set[tuple[int, bool]] = set()
     for noise in noises:

@@ -17,7 +17,6 @@ from pretravel.qualification.time_series import (
     States,
     TimeSeries,
     column_fit,
-    determined_noise,
     states_of,
     variance_about,
 )
@@ -330,8 +329,8 @@ def course_of(series: TimeSeries) -> Course:
     up = sum(w * ndtr(np.array([1.0, -1.0]) * one.coefficients[0] / one.u[0])
              for w, one in weighed_noises(fitted))  # fmt: skip
     p_slope = min(2.0 * float(np.min(up)), 1.0)
-    walking = determined_noise(series, level)
-    still = determined_noise(series, level, walk=False)
+    walking = series.determined_noise(level)
+    still = series.determined_noise(level, walk=False)
     ratio = 2.0 * max(walking.log_likelihood - still.log_likelihood, 0.0)
     p_walk = 0.5 * float(chdtrc(1.0, ratio)) if ratio > 0.0 else 1.0
     kind: CourseKind = "scatter"
@@ -344,7 +343,7 @@ def course_of(series: TimeSeries) -> Course:
     if kind == "random walk":
         weighed = list(weighed_noises(fitted_noises(series, level)))
         expected = PossibleStates.of(series, weighed, trend=False)
-    noise = determined_noise(series, time) if kind == "drift" else walking
+    noise = series.determined_noise(time) if kind == "drift" else walking
     either = _probabilities(fitted, 0.5 * (_OF_LINES + _OF_WALKS))
     return Course(
         kind=kind,

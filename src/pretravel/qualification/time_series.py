@@ -71,6 +71,49 @@ class TimeSeries:
         """The values of a mask."""
         return TimeSeries(self.times[kept], self.values[kept], self.u[kept])
 
+    def determined_noise(self, columns: FloatArray, *, walk: bool = True) -> SeriesNoise:
+        """Scatter and random walk by restricted maximum likelihood.
+
+        Parameters
+        ----------
+        columns : (n, p) float
+            What else moves the values, such as a trend; n is above p + 1.
+        walk : bool
+            Whether there may be a random walk.
+
+        Returns
+        -------
+        SeriesNoise
+            Zero where the stated uncertainties explain the values.
+
+        References
+        ----------
+        H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545: restricted maximum likelihood.
+
+        >>> still = TimeSeries(np.arange(5.0), [0.1, -0.1, 0.1, -0.1, 0.1], np.full(5, 0.2))
+        >>> still.determined_noise(np.empty((5, 0))).scatter
+        0.0
+        """
+        from scipy.optimize import minimize
+
+        size = variance_about(self, columns)
+        length = max(float(np.ptp(self.times)), _TINY)
+        units = np.array([size, size / length * len(self)])
+        smallest = TimeSeries(self.times, self.values, np.maximum(self.u, math.sqrt(_TINY * size)))
+
+        def cost(shares: FloatArray) -> float:
+            s2, q = np.maximum(shares, 0.0) * units
+            return -column_fit(smallest, columns, scatter=math.sqrt(s2), walk=q).log_likelihood
+
+        top = 10.0 if walk else 0.0
+        starts = [(1e-3, 0.0), (0.5, 0.0), *(((1e-6, 0.3), (0.1, 0.05)) if walk else ())]
+        best, least = np.zeros(2), cost(np.zeros(2))
+        for start in starts:
+            found = minimize(cost, start, method="L-BFGS-B", bounds=[(0.0, 10.0), (0.0, top)])
+            if found.fun < least - 1e-9:
+                best, least = np.asarray(found.x), float(found.fun)
+        return SeriesNoise(math.sqrt(best[0] * units[0]), float(best[1] * units[1]), -least)
+
 
 def series_of(times: npt.ArrayLike, values: npt.ArrayLike, u: npt.ArrayLike) -> TimeSeries:
     """A series of what is known: values and uncertainties that are not numbers are left out.
@@ -203,53 +246,6 @@ def column_fit(
     logs += float(np.linalg.slogdet(information)[1])
     rest -= float(push @ found)
     return ColumnFit(found, np.sqrt(np.diagonal(covariance)), -0.5 * (logs + rest))
-
-
-def determined_noise(series: TimeSeries, columns: FloatArray, *, walk: bool = True) -> SeriesNoise:
-    """Scatter and random walk by restricted maximum likelihood.
-
-    Parameters
-    ----------
-    series : TimeSeries
-    columns : (n, p) float
-        What else moves the values, such as a trend; n is above p + 1.
-    walk : bool
-        Whether there may be a random walk.
-
-    Returns
-    -------
-    SeriesNoise
-        Zero where the stated uncertainties explain the values.
-
-    References
-    ----------
-    H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545: restricted maximum likelihood.
-
-    >>> still = TimeSeries(np.arange(5.0), [0.1, -0.1, 0.1, -0.1, 0.1], np.full(5, 0.2))
-    >>> determined_noise(still, np.empty((5, 0))).scatter
-    0.0
-    """
-    from scipy.optimize import minimize
-
-    size = variance_about(series, columns)
-    length = max(float(np.ptp(series.times)), _TINY)
-    units = np.array([size, size / length * len(series)])
-    smallest = TimeSeries(
-        series.times, series.values, np.maximum(series.u, math.sqrt(_TINY * size))
-    )
-
-    def cost(shares: FloatArray) -> float:
-        s2, q = np.maximum(shares, 0.0) * units
-        return -column_fit(smallest, columns, scatter=math.sqrt(s2), walk=q).log_likelihood
-
-    top = 10.0 if walk else 0.0
-    starts = [(1e-3, 0.0), (0.5, 0.0), *(((1e-6, 0.3), (0.1, 0.05)) if walk else ())]
-    best, least = np.zeros(2), cost(np.zeros(2))
-    for start in starts:
-        found = minimize(cost, start, method="L-BFGS-B", bounds=[(0.0, 10.0), (0.0, top)])
-        if found.fun < least - 1e-9:
-            best, least = np.asarray(found.x), float(found.fun)
-    return SeriesNoise(math.sqrt(best[0] * units[0]), float(best[1] * units[1]), -least)
 
 
 def variance_about(series: TimeSeries, columns: FloatArray) -> float:

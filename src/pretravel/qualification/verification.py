@@ -25,7 +25,7 @@ from pretravel.maps import (
     refuse_other_orientation,
     tip_note,
 )
-from pretravel.qualification.change_causes import MENTIONED, Cause, LikelyCause, likely_causes
+from pretravel.qualification.change_causes import Cause, LikelyCause, likely_causes
 from pretravel.qualification.change_tests import (
     Change,
     ChangeTests,
@@ -43,7 +43,6 @@ from pretravel.touches import (
     TouchesLike,
     as_touches,
     quantisation_step,
-    refuse_several,
     repeat_step,
 )
 
@@ -227,7 +226,7 @@ def touches_beside_map(
     PretravelError
         As `verify`.
     """
-    refuse_several(touches, one_reference=True)
+    touches.refuse_several(one_reference=True)
     refuse_unverifiable(pretravel_map)
     refuse_other_orientation(touches, pretravel_map)
     conditions = [*filter(None, [tip_note(touches, pretravel_map)])]
@@ -313,7 +312,7 @@ class _NewTouches:
 def _turn(linear: Change, causes: tuple[LikelyCause, ...]) -> Change:
     """The turn by its best angle where it is a likely cause: the slope of a map ends at lobes."""
     for cause in causes:
-        if cause.name == Cause.TURNED and cause.probability >= MENTIONED:
+        if cause.name == Cause.TURNED and cause.mentioned:
             return replace(linear, value=cause.value, u=cause.u)
     return linear
 

@@ -72,7 +72,6 @@ from .formatting import significant as significant
 from .formatting import value_text as value_text
 from .formatting import words_of_key as words_of_key
 from .glossary_terms import glossary as glossary
-from .glossary_terms import word_anchor as word_anchor
 from .glossary_terms import words_used as words_used
 from .page import page_environment as page_environment
 from .page import write_contents as write_contents

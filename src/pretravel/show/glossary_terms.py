@@ -43,6 +43,15 @@ class GlossaryEntry:
             return self.find
         return tuple(re.sub(r"\s*\(.*?\)", "", self.term).split(", "))
 
+    @property
+    def anchor(self) -> str:
+        """The name of the place of an entry in a page.
+
+        >>> GlossaryEntry("sector, vector radius", "of a table").anchor
+        'word-sector-vector-radius'
+        """
+        return f"word-{re.sub(r'[^a-z0-9]+', '-', self.term.lower()).strip('-')}"
+
 
 @dataclass(frozen=True)
 class _Glossary:
@@ -54,15 +63,6 @@ def glossary() -> tuple[GlossaryEntry, ...]:
     """All entries, in the order of docs/nomenclature.md."""
     text = files("pretravel.show").joinpath("glossary.toml").read_text(encoding="utf-8")
     return TomlStructure().make(parse_toml(text, "glossary.toml"), _Glossary).word
-
-
-def word_anchor(entry: GlossaryEntry) -> str:
-    """The name of the place of an entry in a page.
-
-    >>> word_anchor(GlossaryEntry("sector, vector radius", "of a table"))
-    'word-sector-vector-radius'
-    """
-    return f"word-{re.sub(r'[^a-z0-9]+', '-', entry.term.lower()).strip('-')}"
 
 
 def words_used(documents: Iterable[Document]) -> tuple[GlossaryEntry, ...]:

@@ -31,7 +31,6 @@ from pretravel.maps import (
     Scatter,
     fit_harmonic,
     real_spherical_harmonics,
-    values_in_blocks,
 )
 from pretravel.six_seats.drifting_reference import drift_beside_seats
 from pretravel.six_seats.response import ResponseBasis
@@ -430,7 +429,7 @@ def _concluded(
     moved = problem.moved(x)
     level = float(x[axes:extra].sum())
     places = moved.places
-    modelled = values_in_blocks(basis, places.directions, coefficients)[places.of_touches]
+    modelled = basis.values_in_blocks(places.directions, coefficients)[places.of_touches]
     residuals = moved.values + level - modelled
     to_coefficients = _to_coefficients(problem)
     of_map = to_coefficients @ covariance @ to_coefficients.T

@@ -81,12 +81,8 @@ from .task import Task as Task
 from .task import TextResult as TextResult
 from .task import When as When
 from .task import by_name as by_name
-from .task import command_line as command_line
-from .task import python_lines as python_lines
-from .task import read_files as read_files
 from .task import settings_of as settings_of
 from .task import unused as unused
-from .task import written_files as written_files
 from .values import Angles as Angles
 from .values import Length as Length
 from .values import Pair as Pair

@@ -31,7 +31,7 @@ from typing import (
     get_type_hints,
 )
 
-from pretravel.base import PretravelError, QuantityRange, limits
+from pretravel.base import PretravelError, QuantityRange
 
 if TYPE_CHECKING:
     from pretravel.files import FileReadings
@@ -297,7 +297,7 @@ class Setting(NamedTuple):
         if quantity is None:
             return -math.inf, math.inf
         if isinstance(quantity, QuantityRange):
-            ends = limits(quantity, _TYPED_UNITS.get(self.unit, 1.0))
+            ends = quantity.limits(_TYPED_UNITS.get(self.unit, 1.0))
             return ends["min"], ends["max"]
         return quantity
 
@@ -574,6 +574,83 @@ class Task:
             return True
         return bool(getattr(self, name) != setting.checked(setting.default))
 
+    def python_lines(self) -> str:
+        """The Python lines that do the task.
+
+        >>> from pretravel.tasks.qualify import Qualify
+        >>> print(Qualify(touches="sphere.csv", diameter=25).python_lines())
+        from pretravel.tasks.qualify import Qualify
+        result = Qualify(touches='sphere.csv', diameter=25.0).run()
+        >>> print(Qualify(touches="sphere.csv", diameter=25, output="report.html").python_lines())
+        from pathlib import Path
+        from pretravel.tasks.qualify import Qualify
+        result = Qualify(touches='sphere.csv', diameter=25.0).run()
+        result.write_report(Path('report.html'))
+        """
+        kind = type(self)
+        stated = [s for s in settings_of(kind) if self.stated(s.name) and _of_the_work(s)]
+        stated.sort(key=lambda s: not s.field.positional)
+        words = [f"{s.name}={_python_value(getattr(self, s.name), s)}" for s in stated]
+        lines = [
+            f"from {kind.__module__.removesuffix('.task')} import {kind.__name__}",
+            f"result = {kind.__name__}({', '.join(words)}).run()",
+        ]
+        for setting, path in self.written_files():
+            place = f"Path({str(path)!r})"
+            if setting.field.in_run:
+                continue
+            if setting.field.writes == PICTURES:
+                lines.append(f"result.picture(result.document(), {place})")
+            elif setting.is_report(path):
+                lines.append(f"result.write_report({place})")
+            else:
+                lines.append(f"result.write({setting.name!r}, {place})")
+        if len(lines) > 2:
+            lines.insert(0, "from pathlib import Path")
+        return "\n".join(lines)
+
+    def command_line(self) -> str:
+        """The command that does the task: what differs from its default.
+
+        >>> from pretravel.tasks.qualify import Qualify
+        >>> task = Qualify(touches="a b.csv", diameter=25, ring=True, output="map.json")
+        >>> task.command_line()
+        "pretravel qualify 'a b.csv' --diameter 25 --ring -o map.json"
+        """
+        words = ["pretravel", *self.name.split()]
+        stated = [s for s in settings_of(type(self)) if self.stated(s.name)]
+        for setting in sorted(stated, key=lambda s: (not s.field.positional, bool(s.field.writes))):
+            value = getattr(self, setting.name)
+            for each in value if setting.several else (value,):
+                if setting.kind is bool:
+                    yes, _, no = setting.option.partition("/")
+                    words += [yes if each else no]
+                elif setting.field.positional:
+                    words += [setting.text(each)]
+                else:
+                    words += [setting.field.short or setting.option, setting.text(each)]
+        return shlex.join(words)
+
+    def read_files(self) -> list[Path]:
+        """The files that the settings name."""
+        found = list(self.further_files())
+        for setting in settings_of(type(self)):
+            value, reads = getattr(self, setting.name), setting.field.reads
+            if value is None or not reads:
+                continue
+            if callable(reads):
+                found += reads(value)
+            else:
+                found += map(Path, value if setting.several else (value,))
+        return found
+
+    def written_files(self) -> Iterator[tuple[Setting, Path]]:
+        """The outputs that are asked for, with their fields."""
+        for setting in settings_of(type(self)):
+            value = getattr(self, setting.name)
+            if setting.field.writes and value is not None:
+                yield setting, value
+
 
 _DESCRIBED: dict[Any, dict[str, Setting]] = {}
 
@@ -687,87 +764,6 @@ def _setting(name: str, hint: Any, default: Any) -> Setting:
         )
     several = get_origin(kind) is tuple and get_args(kind)[-1] is Ellipsis
     return Setting(name, get_args(kind)[0] if several else kind, several, optional, default, field)
-
-
-def written_files(task: Task) -> Iterator[tuple[Setting, Path]]:
-    """The outputs that are asked for, with their fields."""
-    for setting in settings_of(type(task)):
-        value = getattr(task, setting.name)
-        if setting.field.writes and value is not None:
-            yield setting, value
-
-
-def read_files(task: Task) -> list[Path]:
-    """The files that the settings name."""
-    found = list(task.further_files())
-    for setting in settings_of(type(task)):
-        value, reads = getattr(task, setting.name), setting.field.reads
-        if value is None or not reads:
-            continue
-        if callable(reads):
-            found += reads(value)
-        else:
-            found += map(Path, value if setting.several else (value,))
-    return found
-
-
-def command_line(task: Task) -> str:
-    """The command that does the task: what differs from its default.
-
-    >>> from pretravel.tasks.qualify import Qualify
-    >>> task = Qualify(touches="a b.csv", diameter=25, ring=True, output="map.json")
-    >>> command_line(task)
-    "pretravel qualify 'a b.csv' --diameter 25 --ring -o map.json"
-    """
-    words = ["pretravel", *task.name.split()]
-    stated = [s for s in settings_of(type(task)) if task.stated(s.name)]
-    for setting in sorted(stated, key=lambda s: (not s.field.positional, bool(s.field.writes))):
-        value = getattr(task, setting.name)
-        for each in value if setting.several else (value,):
-            if setting.kind is bool:
-                yes, _, no = setting.option.partition("/")
-                words += [yes if each else no]
-            elif setting.field.positional:
-                words += [setting.text(each)]
-            else:
-                words += [setting.field.short or setting.option, setting.text(each)]
-    return shlex.join(words)
-
-
-def python_lines(task: Task) -> str:
-    """The Python lines that do the task.
-
-    >>> from pretravel.tasks.qualify import Qualify
-    >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25)))
-    from pretravel.tasks.qualify import Qualify
-    result = Qualify(touches='sphere.csv', diameter=25.0).run()
-    >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25, output="report.html")))
-    from pathlib import Path
-    from pretravel.tasks.qualify import Qualify
-    result = Qualify(touches='sphere.csv', diameter=25.0).run()
-    result.write_report(Path('report.html'))
-    """
-    kind = type(task)
-    stated = [s for s in settings_of(kind) if task.stated(s.name) and _of_the_work(s)]
-    stated.sort(key=lambda s: not s.field.positional)
-    words = [f"{s.name}={_python_value(getattr(task, s.name), s)}" for s in stated]
-    lines = [
-        f"from {kind.__module__.removesuffix('.task')} import {kind.__name__}",
-        f"result = {kind.__name__}({', '.join(words)}).run()",
-    ]
-    for setting, path in written_files(task):
-        place = f"Path({str(path)!r})"
-        if setting.field.in_run:
-            continue
-        if setting.field.writes == PICTURES:
-            lines.append(f"result.picture(result.document(), {place})")
-        elif setting.is_report(path):
-            lines.append(f"result.write_report({place})")
-        else:
-            lines.append(f"result.write({setting.name!r}, {place})")
-    if len(lines) > 2:
-        lines.insert(0, "from pathlib import Path")
-    return "\n".join(lines)
 
 
 def _of_the_work(setting: Setting) -> bool:

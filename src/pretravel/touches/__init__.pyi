@@ -25,7 +25,6 @@ from .touches import TouchesLike as TouchesLike
 from .touches import as_touches as as_touches
 from .touches import length_of_run as length_of_run
 from .touches import refuse_glancing as refuse_glancing
-from .touches import refuse_several as refuse_several
 from .touches import refuse_several_runs as refuse_several_runs
 from .touches import travel_of_delay as travel_of_delay
 from .touches import word_fields as word_fields

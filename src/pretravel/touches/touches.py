@@ -530,6 +530,49 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
             nominal_points=None if nominal is None else placement.points(nominal),
         )
 
+    def refuse_several(self, *, but: Collection[str] = (), one_reference: bool = False) -> None:
+        """Refuse touches of several tips, parts, passes or orientations, where one is meant.
+
+        Parameters
+        ----------
+        but : collection of str
+            Columns in which several are meant, such as ``tip``.
+        one_reference : bool
+            Whether the touches must also be on one reference.
+
+        Raises
+        ------
+        PretravelError
+            It names them, and the inputs that choose one.
+
+        >>> both = Touches([[0, 0, 1]] * 2, [[0, 0, 1]] * 2, tips=("down", "front"))
+        >>> both.refuse_several()
+        Traceback (most recent call last):
+        ...
+        pretravel.base.errors.PretravelError: the touches are of 2 tips, down (1 touch) and front \
+    (1 touch, from touch 2), and a map is that of one tip: choose one of them
+        """
+        for name, words in self.words.items():
+            if name in but or name not in _ONE_EACH or len(set(words)) < 2:
+                continue
+            if name == "reference" and not one_reference:
+                continue
+            if name == "pass" and self.feeds is not None:
+                continue  # the feeds distinguish them, and the signal delay takes them into account
+            what, reason, inputs = _ONE_EACH[name]
+            counts = Counter(words)
+            named = [
+                f"{word or 'unnamed'} ({count} touch{'es' if count > 1 else ''}"
+                + (f", from {_where(self, words.index(word))})" if row else ")")
+                for row, (word, count) in enumerate(list(counts.items())[:_SHOWN])
+            ]
+            more = " …" if len(counts) > _SHOWN else ""
+            raise PretravelError(
+                f"the touches are of {len(counts)} {what}, {' and '.join(named)}{more}, and "
+                f"{reason}",
+                inputs=inputs,
+            )
+
 
 def word_fields(words: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
     """Words by their columns as fields of `Touches`.
@@ -538,52 +581,6 @@ def word_fields(words: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
     {'tips': ('front',)}
     """
     return {WORD_COLUMNS[name]: each for name, each in words.items()}
-
-
-def refuse_several(
-    touches: Touches, *, but: Collection[str] = (), one_reference: bool = False
-) -> None:
-    """Refuse touches of several tips, parts, passes or orientations, where one is meant.
-
-    Parameters
-    ----------
-    touches : Touches
-    but : collection of str
-        Columns in which several are meant, such as ``tip``.
-    one_reference : bool
-        Whether the touches must also be on one reference.
-
-    Raises
-    ------
-    PretravelError
-        It names them, and the inputs that choose one.
-
-    >>> both = Touches([[0, 0, 1]] * 2, [[0, 0, 1]] * 2, tips=("down", "front"))
-    >>> refuse_several(both)
-    Traceback (most recent call last):
-    ...
-    pretravel.base.errors.PretravelError: the touches are of 2 tips, down (1 touch) and front \
-(1 touch, from touch 2), and a map is that of one tip: choose one of them
-    """
-    for name, words in touches.words.items():
-        if name in but or name not in _ONE_EACH or len(set(words)) < 2:
-            continue
-        if name == "reference" and not one_reference:
-            continue
-        if name == "pass" and touches.feeds is not None:
-            continue  # the feeds distinguish them, and the signal delay takes them into account
-        what, reason, inputs = _ONE_EACH[name]
-        counts = Counter(words)
-        named = [
-            f"{word or 'unnamed'} ({count} touch{'es' if count > 1 else ''}"
-            + (f", from {_where(touches, words.index(word))})" if row else ")")
-            for row, (word, count) in enumerate(list(counts.items())[:_SHOWN])
-        ]
-        more = " …" if len(counts) > _SHOWN else ""
-        raise PretravelError(
-            f"the touches are of {len(counts)} {what}, {' and '.join(named)}{more}, and {reason}",
-            inputs=inputs,
-        )
 
 
 def length_of_run(labels: Sequence[str] | None, positions: FloatArray) -> int:

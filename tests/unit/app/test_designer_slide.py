@@ -32,7 +32,6 @@ from pretravel.show.chart import PlaneChart, SpaceChart
 from pretravel.show.chart_marks import Bars, Dots, SpaceArrow, SpaceLines, SpacePoints
 from pretravel.six_seats import SEAT_NAMES
 from pretravel.surface.specification import face_of
-from pretravel.task.task import command_line
 
 
 @pytest.mark.parametrize("surface", SURFACES)
@@ -66,7 +65,7 @@ def test_the_screen_follows_the_design_as_the_library_does() -> None:
         SlideSettings(step=0.0005, steps=4, kinematics="full"),
     )
     assert found.made.history.center.tolist() == expected.center.tolist()
-    words = shlex.split(command_line(with_file_names(found.made.task, output=Path("slide.csv"))))
+    words = shlex.split(with_file_names(found.made.task, output=Path("slide.csv")).command_line())
     assert words[:3] == ["pretravel", "slide", DESIGN_FILE]
     assert words[words.index("--surface") + 1] == "plane:polar=40"
     assert set(settings) - {"form_of"} <= set(SLIDE.settings)

@@ -14,7 +14,6 @@ from pretravel.controls.screen.settings import EngineerSettings, export_name, fi
 from pretravel.controls.screen.work import export, fit, look
 from pretravel.files.map_file import read_map
 from pretravel.task.example_data import example_folder
-from pretravel.task.task import command_line, python_lines
 from tests.support.commands import run
 
 SPHERE = example_folder() / "sphere_touches.csv"
@@ -80,7 +79,7 @@ def test_commands_and_python_lines_do_what_the_screen_does(
     }
     tasks = tasks_of(path.name, settings)
     for task in tasks:
-        run(*shlex.split(command_line(task))[1:])
+        run(*shlex.split(task.command_line())[1:])
     first = read_map("map.json")
     assert np.array_equal(first.coefficients, made.qualified.pretravel_map.coefficients)
     assert np.array_equal(first.covariance.matrix, made.qualified.pretravel_map.covariance.matrix)
@@ -90,7 +89,7 @@ def test_commands_and_python_lines_do_what_the_screen_does(
     again.mkdir()
     (again / path.name).write_bytes(path.read_bytes())
     monkeypatch.chdir(again)
-    exec("\n".join(map(python_lines, tasks)), {})
+    exec("\n".join(task.python_lines() for task in tasks), {})
     second = read_map("map.json")
     assert np.array_equal(second.coefficients, first.coefficients)
     assert np.array_equal(second.covariance.matrix, first.covariance.matrix)

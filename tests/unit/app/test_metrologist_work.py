@@ -15,7 +15,6 @@ from pretravel.laboratory.tasks.check.screen_work import (
     example_touches,
 )
 from pretravel.task.standards import STANDARDS
-from pretravel.task.task import command_line
 from tests.support.commands import rows, run
 
 
@@ -33,7 +32,7 @@ def test_the_command_that_is_shown_finds_the_same(
     """Settings of the other standards are there, and do not count."""
     result = check_by_standard(_inputs(tmp_path, standard, size_limit_um=20.0, repeat_limit_um=5.0))
     monkeypatch.chdir(tmp_path)
-    words = shlex.split(command_line(result.same))
+    words = shlex.split(result.same.command_line())
     exceeds = any("exceeds" in figure.verdict for figure in result.made.result.figures)
     run(*words[1:-1], "check.csv", code=3 if exceeds else 0)
     found = {row["figure"]: float(row["value_um"]) for row in rows(tmp_path / "check.csv")}

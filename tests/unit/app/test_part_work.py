@@ -26,7 +26,6 @@ from pretravel.drawing.screen.work import (
     measure_part,
 )
 from pretravel.prediction.catalogue import description_text
-from pretravel.task.task import command_line
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 
@@ -96,7 +95,7 @@ def test_the_command_has_the_limits_that_were_used(limits: str | None) -> None:
         "measure_u_machine_um": 1.23456789,
     }
     found = measure_part(result, Inputs(settings, files))
-    words = shlex.split(command_line(found.same))
+    words = shlex.split(found.same.command_line())
     assert words[words.index("--u-machine") + 1] == "1.23456789"
     assert ("--tolerance" in words) == bool(limits)
     if limits:
@@ -130,7 +129,7 @@ def test_a_part_that_lies_anywhere_as_on_the_command_line(
     monkeypatch.chdir(tmp_path)
     result.write_points(tmp_path / "screen.csv")
     for task in result.same:
-        run(*shlex.split(command_line(task))[1:])
+        run(*shlex.split(task.command_line())[1:])
     mine, theirs = rows(tmp_path / "screen.csv"), rows(tmp_path / "points.csv")
     assert [row["x_mm"] for row in mine] == [row["x_mm"] for row in theirs]
     assert (tmp_path / "machine_points.csv").exists()
@@ -171,7 +170,7 @@ def test_the_tolerances_of_a_drawing(
     verdicts = [each.verdict for each in found.made.features]
     assert verdicts == [ConformityVerdict.CONFORMS, ConformityVerdict.DOES_NOT_CONFORM]
     assert found.made.task.probability == 0.975
-    assert "--drawing drawing.toml" in command_line(found.same)
+    assert "--drawing drawing.toml" in found.same.command_line()
 
 
 def test_coordinates_alone_wait_for_the_part_and_for_where_it_lies() -> None:

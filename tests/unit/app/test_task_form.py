@@ -31,7 +31,7 @@ from pretravel.laboratory.tasks.rig.screen_work import (
 from pretravel.show.as_json import document_values
 from pretravel.task.example_data import example_folder
 from pretravel.task.fields import TouchFiles
-from pretravel.task.task import Field, Result, by_name, command_line, python_lines
+from pretravel.task.task import Field, Result, by_name
 from tests.support.commands import run
 
 FORMS: dict[str, tuple[TaskForm, Job | None]] = {
@@ -76,8 +76,8 @@ def test_what_is_stored_becomes_the_task_its_command_and_its_lines() -> None:
     stored = {"dip_depth": 2.5, "dip_repeats": 3.0, "dip_names": "a b", "dip_units": "", "depth": 9}
     task = Dip(touches="folder/t.csv", **form.given(stored))
     same = with_file_names(task)
-    assert command_line(same) == "pretravel dip t.csv --depth 2.5 --repeats 3 --names a --names b"
-    assert "Dip(touches='t.csv', depth=2.5, repeats=3, names=['a', 'b'])" in python_lines(same)
+    assert same.command_line() == "pretravel dip t.csv --depth 2.5 --repeats 3 --names a --names b"
+    assert "Dip(touches='t.csv', depth=2.5, repeats=3, names=['a', 'b'])" in same.python_lines()
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_the_command_of_the_rig_finds_the_same_with_moved_marks_and_traces_left_
     monkeypatch.chdir(tmp_path)
     for path in traces:
         (tmp_path / path.name).write_bytes(path.read_bytes())
-    run(*shlex.split(command_line(result.same))[1:])
+    run(*shlex.split(result.same.command_line())[1:])
     assert _written("rig.json") == _values(result.rig)
 
 
@@ -150,5 +150,5 @@ def test_the_command_of_a_separation_finds_the_same(
     result = separate_readings(Inputs(settings, {"readings": (path,)}))
     monkeypatch.chdir(tmp_path)
     (tmp_path / path.name).write_bytes(path.read_bytes())
-    run(*shlex.split(command_line(result.same))[1:])
+    run(*shlex.split(result.same.command_line())[1:])
     assert _written("separation.json") == _values(result.made)

@@ -17,7 +17,7 @@ from pretravel.design.contact_stress import (
     tip_stress,
 )
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.materials import Material, contact_modulus, material
+from pretravel.prediction.materials import Material, material
 from pretravel.prediction.seats import seat_statics
 from pretravel.prediction.trigger import predict
 from pretravel.six_seats.hertz import approach_coefficient, ellipticity
@@ -74,7 +74,7 @@ def test_pressure_of_a_ball_in_closed_form() -> None:
     steel = material("steel")
     force = np.array([0.3, 1.0, 4.0])
     found = contact_stress(force, (3.0, 3.0), (steel, steel))
-    modulus = contact_modulus(steel, steel)
+    modulus = steel.contact_modulus(steel)
     expected = np.cbrt(6.0 * force * modulus**2 / (np.pi**3 * 9.0))
     assert found.pressure == pytest.approx(expected, rel=1e-12)
     radius = np.cbrt(0.75 * force * 3.0 / modulus)
@@ -88,7 +88,7 @@ def test_pressure_of_an_ellipse_from_its_approach() -> None:
     """Johnson, equation 4.24: δ = p0 b K(e) / E*, with the δ of `approach_coefficient`."""
     carbide, force = material("tungsten carbide"), 3.3
     larger, smaller = 3.5, 3.5 * 2.75 / 6.25
-    modulus = contact_modulus(carbide, carbide)
+    modulus = carbide.contact_modulus(carbide)
     found = contact_stress(force, (larger, smaller), (carbide, carbide))
     ratio = float(ellipticity(larger / smaller))
     delta = approach_coefficient(larger, smaller, modulus) * force ** (2 / 3)

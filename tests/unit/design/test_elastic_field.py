@@ -19,7 +19,7 @@ from pretravel.design.fem.finite_element_mesh import FiniteElementMesh
 from pretravel.design.fem.interface_loads import SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.materials import contact_modulus, material
+from pretravel.prediction.materials import material
 from pretravel.prediction.seats import seat_frame, seat_statics
 from pretravel.six_seats.event import trigger_force
 from pretravel.six_seats.hertz import rod_on_ball_coefficient
@@ -108,7 +108,7 @@ def test_the_body_moves_with_its_modes_and_stays_on_its_seats(
     ).reshape(-1, 6)
     motion, off, *_ = np.linalg.lstsq(columns, left.ravel())
     assert float(off[0]) < 1e-20
-    modulus = contact_modulus(probe.tripod.material, probe.seats.material)
+    modulus = probe.tripod.material.contact_modulus(probe.seats.material)
     c = rod_on_ball_coefficient(probe.tripod.rod_radius, probe.seats.ball_radius, modulus)
     hertz = c * (np.cbrt(np.maximum(touched[:6], 0.0) ** 2) - np.cbrt(rest[:6] ** 2))
     sunk = hertz + (1e-5 - 3e-5) * change[:6]

@@ -28,7 +28,6 @@ from pretravel.design.friction.friction_equilibrium import (
 )
 from pretravel.prediction.beam import stylus_compliance
 from pretravel.prediction.description import Probe
-from pretravel.prediction.materials import contact_modulus
 from pretravel.prediction.seats import seat_frame, seat_statics
 from pretravel.six_seats.hertz import rod_on_ball_coefficient
 
@@ -174,7 +173,7 @@ def test_the_mechanism_of_a_probe_is_assembled_by_hand(omp40: Probe) -> None:
     for along, around, contact in zip(frame.along, frame.around, contacts, strict=True):
         loads += [(along, contact), (around, contact)]
     wrenches = np.array([np.concatenate([way, np.cross(place, way)]) for way, place in loads])
-    modulus = contact_modulus(probe.tripod.material, probe.seats.material)
+    modulus = probe.tripod.material.contact_modulus(probe.seats.material)
     c = rod_on_ball_coefficient(probe.tripod.rod_radius, probe.seats.ball_radius, modulus)
     nu = probe.tripod.material.poissons_ratio
     normal = 1.5 * statics.rest_reactions ** (1.0 / 3.0) / c  # dN/d(indentation), by Hertz

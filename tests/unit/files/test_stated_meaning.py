@@ -28,7 +28,6 @@ from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.drifts import DailyQuantity, drift_over_time
 from pretravel.tasks.history.drift_report import drift_verdict
-from pretravel.touches import refuse_several
 from tests.support.commands import both_outputs, positions, run
 from tests.support.control_logs import written
 from tests.support.example_maps import mean_map
@@ -91,7 +90,7 @@ class TestTips:
         touches = read_readings(_file(DMIS), options).touches
         assert touches.labels == ("B",)
         assert touches.positions[0, 2] == pytest.approx(1.002)
-        refuse_several(touches)
+        touches.refuse_several()
         with pytest.raises(PretravelError, match="no touch is of the tip 'X'; there are BALL_4"):
             read_readings(_file(DMIS), ReadingOptions(radius_taken_off=1.0, tip="X"))
 
@@ -131,12 +130,12 @@ class TestFramesAndParts:
         touches = read_readings(_file(TWO_SETS), ReadingOptions(units="mm")).touches
         assert touches.parts == ("Lid1", "Lid2")
         with pytest.raises(PretravelError, match="2 parts or series") as caught:
-            refuse_several(touches)
+            touches.refuse_several()
         assert caught.value.inputs == ("series",)
         one = ReadingOptions(units="mm", series=("Lid2",))
         assert read_readings(_file(TWO_SETS), one).touches.positions[0, 2] == 2.031
         every = ReadingOptions(units="mm", series=("all",))
-        refuse_several(read_readings(_file(TWO_SETS), every).touches)
+        read_readings(_file(TWO_SETS), every).touches.refuse_several()
 
     @pytest.mark.parametrize(
         "title", ["planid,partnb", "Part,Serial", "Serial No,Part", "Teilenummer,Seriennummer"]
@@ -198,7 +197,7 @@ class TestPasses:
                 apply(touches, mean_map(0.005))
             assert "double_touches" in caught.value.inputs
             kept = ReadingOptions(normal=(0.0, 0.0, 1.0), double_touches="last")
-            refuse_several(read_readings(_file(rows, "a.csv"), kept).touches)
+            read_readings(_file(rows, "a.csv"), kept).touches.refuse_several()
 
     def test_repeats_with_noise_and_drift_have_no_passes(self) -> None:
         rng = np.random.default_rng(5)

@@ -15,7 +15,7 @@ from pretravel.base.errors import ExtrapolationError, PretravelError
 from pretravel.base.frames import Placement, probe_rotation
 from pretravel.maps import basis as basis_module
 from pretravel.maps import observation, pretravel_map
-from pretravel.maps.basis import MapBasis, StoredBasis, values_in_blocks
+from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.provenance import Provenance
@@ -229,7 +229,7 @@ class TestValues:
             assert u == pytest.approx(deviation, rel=1e-9)
             assert made.standard_uncertainty(n) == pytest.approx(u, rel=1e-12)
             assert made.pretravel(n) == pytest.approx(value, rel=1e-12)
-            by_basis = values_in_blocks(made.basis, n, made.coefficients)
+            by_basis = made.basis.values_in_blocks(n, made.coefficients)
             assert by_basis == pytest.approx(value, rel=1e-12)
         assert made.value_covariance(n) == pytest.approx(covariance, rel=1e-9, abs=1e-18)
         assert made.change_by_delay(n) == pytest.approx(by_delay)

@@ -24,7 +24,7 @@ from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import compliance_model
 from pretravel.prediction.compliance.ren import RenProbe, ren_pretravel
 from pretravel.prediction.description import Moving, Probe
-from pretravel.prediction.materials import Material, contact_modulus, material
+from pretravel.prediction.materials import Material, material
 from pretravel.prediction.seats import SeatStatics, seat_statics
 from pretravel.prediction.trigger import Trigger, predict
 from pretravel.six_seats.hertz import ball_on_flat, rod_on_ball_coefficient
@@ -44,7 +44,7 @@ def probe() -> Probe:
 
 def sunk(probe: Probe, statics: SeatStatics, found: Trigger) -> FloatArray:
     """Of each seat by Hertz, less that at rest; an open seat is just touching, (n, 6)."""
-    modulus = contact_modulus(probe.tripod.material, probe.seats.material)
+    modulus = probe.tripod.material.contact_modulus(probe.seats.material)
     c = rod_on_ball_coefficient(probe.tripod.rod_radius, probe.seats.ball_radius, modulus)
     loads = np.maximum(found.reactions, 0.0)
     return np.asarray(c * (np.cbrt(loads**2) - np.cbrt(statics.rest_reactions**2)))
@@ -72,7 +72,7 @@ def test_analytic(probe: Probe, workpiece: Material | None, part: Material) -> N
     found = predict(probe, N, workpiece=workpiece, gravity=down)
     assert found.reactions.min() < -0.01
     force, stylus = found.force[:, None], probe.stylus
-    modulus = contact_modulus(probe.tip.material, part)
+    modulus = probe.tip.material.contact_modulus(part)
     approach = ball_on_flat(found.force, probe.tip.radius, modulus)
     expected = {
         "stylus_bending": bending_compliance(stylus) * force * LATERAL,

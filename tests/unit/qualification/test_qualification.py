@@ -18,7 +18,7 @@ from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL, Origin, QualificationSetup
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.own_touches import touch_digests
-from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
+from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualifying import _mapped, prepare, qualified
 from pretravel.qualification.qualifying import qualify as qualify_with_all_kinds
 from pretravel.tasks.qualify import Qualify
@@ -200,7 +200,7 @@ def test_budgets_of_a_qualification_at_two_feeds() -> None:
         ("diameter of the reference", "B", 0.5 * UM, 0.5, math.inf),
         ("temperature of the reference", "B", 11.5e-6 * 25.0 * 0.2, 0.5, math.inf),
     ]
-    radius = radius_budget(found)
+    radius = found.radius_budget()
     # All errors by the delay at the mean feed of 120 mm/min are alike: 2 mm/s.
     delay = 2.0 * found.delay.u_delay
     dof = found.repeatability_dof
@@ -211,7 +211,7 @@ def test_budgets_of_a_qualification_at_two_feeds() -> None:
     assert radius.result == "effective radius"
     assert radius.combined == pytest.approx(found.u_effective_radius)
     u_map = math.sqrt(float(np.mean(made.over_support()[2] ** 2)))
-    point = part_point_budget(found)
+    point = found.part_point_budget()
     _compare(point, [
         ("repeatability", "A", found.repeatability, 1.0, dof),
         ("fixed scatter", "B", made.fixed_scatter, 1.0, math.inf),
@@ -234,14 +234,14 @@ def test_budgets_name_what_was_assumed_and_leave_out_what_is_zero() -> None:
     found = qualified(
         replace(_touches(np.eye(3)), feeds=None), replace(SETUP, u_diameter=None), MeanKind()
     )
-    names = [one.name for one in radius_budget(found).components]
+    names = [one.name for one in found.radius_budget().components]
     assert names == [
         "touches", "diameter of the reference (assumed)", "temperature of the reference"
     ]  # fmt: skip
-    assert radius_budget(found).components[1].standard_uncertainty == pytest.approx(0.2 * UM)
+    assert found.radius_budget().components[1].standard_uncertainty == pytest.approx(0.2 * UM)
     certain = replace(SETUP, u_diameter=0.0, u_temperature=0.0)
     exact = replace(found, setup=certain, repeatability_dof=0.0)
-    (touches,) = radius_budget(exact).components
+    (touches,) = exact.radius_budget().components
     assert (touches.name, touches.dof) == ("touches", math.inf)
 
 

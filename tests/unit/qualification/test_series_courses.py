@@ -19,7 +19,7 @@ from pretravel.qualification.series_courses import (
     fitted_noises,
     weighed_noises,
 )
-from pretravel.qualification.time_series import SeriesNoise, TimeSeries, determined_noise
+from pretravel.qualification.time_series import SeriesNoise, TimeSeries
 from tests.unit.qualification.test_time_series import (
     NOISES,
     least_squares,
@@ -180,11 +180,11 @@ def test_a_walk_is_tested_by_its_likelihood_ratio(kind: str, courses: dict[str, 
     the most probable one: with a trend of drift, without a walk of scatter."""
     series, course = SERIES[kind], courses[kind]
     level = np.empty((len(series), 0))
-    walking, still = determined_noise(series, level), determined_noise(series, level, walk=False)
+    walking, still = series.determined_noise(level), series.determined_noise(level, walk=False)
     ratio = 2.0 * (walking.log_likelihood - still.log_likelihood)
     expected = 0.5 * stats.chi2.sf(ratio, 1.0) if ratio > 0.0 else 1.0
     assert course.p_walk == pytest.approx(expected, rel=1e-9)
-    trend = determined_noise(series, series.times[:, None])
+    trend = series.determined_noise(series.times[:, None])
     noises = {"drift": trend, "scatter": still, "random walk": walking}
     assert course.noise == noises[kind]
 

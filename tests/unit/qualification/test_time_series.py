@@ -11,7 +11,6 @@ from pretravel.qualification.time_series import (
     TimeSeries,
     Whitened,
     column_fit,
-    determined_noise,
     series_of,
     states_of,
     variance_about,
@@ -141,7 +140,7 @@ def test_the_best_noise_is_that_of_any_search() -> None:
         series = TimeSeries(np.arange(12.0), values, np.full(12, 0.1 + 0.2 * (seed % 3)))
         none = np.empty((12, 0))
         for walk in (True, False):
-            found = determined_noise(series, none, walk=walk)
+            found = series.determined_noise(none, walk=walk)
             grid = np.append(0.0, np.geomspace(1e-3, 10.0, 25))
             best = max(
                 column_fit(series, none, scatter=s, walk=q).log_likelihood
@@ -162,12 +161,11 @@ def test_noises_are_the_same_in_every_unit(unit: float, day: float, u: float) ->
     rng = np.random.default_rng(12)
     times = np.cumsum(rng.uniform(0.5, 1.5, 30))
     values = np.cumsum(rng.standard_normal(30)) + 3.0 * rng.standard_normal(30)
-    found = determined_noise(TimeSeries(times, values, np.full(30, u)), times[:, None])
+    found = TimeSeries(times, values, np.full(30, u)).determined_noise(times[:, None])
     assert found.walk > 0.1
     assert found.scatter > 0.5
-    other = determined_noise(
-        TimeSeries(day * times, unit * values, np.full(30, unit * u)), day * times[:, None]
-    )
+    series = TimeSeries(day * times, unit * values, np.full(30, unit * u))
+    other = series.determined_noise(day * times[:, None])
     assert other.scatter == pytest.approx(unit * found.scatter, rel=2e-3)
     assert other.walk == pytest.approx(unit**2 / day * found.walk, rel=5e-3)
 

@@ -15,7 +15,7 @@ from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.files.touches_csv import read_touches
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.point_errors import errors_of_points
-from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
+from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualifying import qualify
 from pretravel.show.as_json import document_from_values, document_values
 from pretravel.show.document import Document
@@ -74,10 +74,10 @@ def test_what_a_map_does_not_state_has_no_share() -> None:
 def test_qualification(qualified: Qualification) -> None:
     made = qualified.pretravel_map
     u_map = made.over_support()[2]
-    budget = part_point_budget(qualified)
+    budget = qualified.part_point_budget()
     total = np.mean(u_map**2) + made.single_touch**2 + made.u_tip_radius**2
     assert budget.combined == pytest.approx(np.sqrt(total))
-    radius = radius_budget(qualified)
+    radius = qualified.radius_budget()
     assert radius.combined == pytest.approx(qualified.u_effective_radius)
     # The stated 0.3 µm of the diameter; 11.5e-6/K of 25 mm in 0.2 K. Half of them is in a radius.
     parts = _sources(radius)
@@ -88,7 +88,7 @@ def test_qualification(qualified: Qualification) -> None:
 
 def test_an_assumed_uncertainty_is_named_so() -> None:
     made = qualify(read_touches(SPHERE), 24.9987, kind="mean", tip_diameter=6.0)
-    assert "diameter of the reference (assumed)" in _sources(radius_budget(made))
+    assert "diameter of the reference (assumed)" in _sources(made.radius_budget())
 
 
 @pytest.mark.parametrize("u_machine", [0.0, 1e-3])

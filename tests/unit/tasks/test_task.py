@@ -8,7 +8,7 @@ import pytest
 
 from pretravel.files.map_file import write_map
 from pretravel.files.points_writing import point_endings
-from pretravel.task.task import Task, python_lines
+from pretravel.task.task import Task
 from pretravel.tasks.compensate import Compensate
 from pretravel.tasks.verify import Verify
 from tests.support.commands import run
@@ -23,7 +23,7 @@ def test_points_are_written_in_every_format_that_has_them(tmp_path: Path) -> Non
 
 
 def _lines_are_run(task: Task) -> None:
-    exec(python_lines(task), {})
+    exec(task.python_lines(), {})
 
 
 def test_the_lines_of_python_write_the_points(tmp_path: Path) -> None:
@@ -42,6 +42,6 @@ def test_the_lines_of_python_write_an_accepted_map_once(tmp_path: Path, accepts:
         diameter=24.9987,
         accept=new if accepts else None,
     )
-    assert "result.write" not in python_lines(task)
+    assert "result.write" not in task.python_lines()
     _lines_are_run(task)
     assert new.exists() == accepts

@@ -5,7 +5,7 @@ from __future__ import annotations
 from nicegui import ui
 
 from pretravel.app.components.layout import folded, text
-from pretravel.task import Task, command_line, python_lines
+from pretravel.task import Task
 
 
 def same_elsewhere(*tasks: Task) -> None:
@@ -16,8 +16,8 @@ def same_elsewhere(*tasks: Task) -> None:
     tasks : Task
         One after the other; their files have the names that the user knows.
     """
-    commands = "\n".join(map(command_line, tasks))
-    lines = "\n".join(map(python_lines, tasks))
+    commands = "\n".join(task.command_line() for task in tasks)
+    lines = "\n".join(task.python_lines() for task in tasks)
     with folded("The same on the command line and in Python"):
         for heading, content in (("Command line", commands), ("Python", lines)):
             text("h3", heading)

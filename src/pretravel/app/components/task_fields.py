@@ -13,7 +13,7 @@ from pretravel.app.page_words import page_words
 from pretravel.app.project import ScreenState
 from pretravel.app.session import address_in
 from pretravel.app.task_form import TaskForm
-from pretravel.show import Document, word_anchor, words_used
+from pretravel.show import Document, words_used
 from pretravel.task import Length, Setting, by_name, settings_of
 
 _LENGTHS = (0.0, 100.0)
@@ -124,7 +124,7 @@ def _help_button(form: TaskForm, setting: Setting) -> None:
         with ui.element("p"):
             text("span", "Words: ")
             for entry in words_used([Document(f"{setting.label}. {sentence}")])[:_MOST_WORDS]:
-                _help_link(entry.term, word_anchor(entry))
+                _help_link(entry.term, entry.anchor)
             _help_link("all", "words")
 
 

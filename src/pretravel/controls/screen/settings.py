@@ -128,9 +128,8 @@ def tasks_of(file: str, settings: EngineerSettings) -> tuple[Task, ...]:
         Name of the file of touches.
     settings : EngineerSettings
 
-    >>> from pretravel.task.task import command_line
     >>> for task in tasks_of("a b.csv", EngineerSettings.of({"diameter": 25.0, "ring": True})):
-    ...     print(command_line(task))
+    ...     print(task.command_line())
     pretravel qualify 'a b.csv' --diameter 25 --ring -o map.json
     pretravel compare map.json
     """

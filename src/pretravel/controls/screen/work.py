@@ -11,7 +11,6 @@ import numpy as np
 from pretravel.app import Inputs, Job, ShownResult
 from pretravel.base import InputError, PretravelError
 from pretravel.controls.screen.settings import CONTROL, MAP_NAME, QUALIFICATION, EngineerSettings
-from pretravel.task import command_line
 
 if TYPE_CHECKING:
     from pretravel.base import BoolArray, FloatArray
@@ -218,7 +217,7 @@ def fit(inputs: Inputs) -> FitResult | None:
         costs,
         problem,
         record_now(
-            command_line(settings.qualify(Path(path.name), left_out)),
+            settings.qualify(Path(path.name), left_out).command_line(),
             [replace(input_file(path, "TOUCHES"), name=path.name)],
         ),
     )

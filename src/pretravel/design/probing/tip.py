@@ -14,7 +14,6 @@ from pretravel.prediction import (
     ComplianceModel,
     Material,
     Probe,
-    contact_modulus,
     default_workpiece,
     lifted_tip_motion,
     load_probe,
@@ -153,7 +152,7 @@ def predicted_tip(
         response=probe_response(probe, model, workpiece=part, gravity=gravity),
         rotation=probe.orientation.matrix,
         radius=probe.tip.radius,
-        shear_ratio=0.25 * contact_modulus(ball, part) * shear,
+        shear_ratio=0.25 * ball.contact_modulus(part) * shear,
     )
 
 

@@ -66,7 +66,7 @@ from pretravel.design.screen.work import (
     start_text,
 )
 from pretravel.show import InputFile, input_file, record_now
-from pretravel.task import Task, command_line, task_named
+from pretravel.task import Task, task_named
 
 _Designs: TypeAlias = Work[ComparedDesigns]
 _FIXED_WORDS = {
@@ -423,7 +423,7 @@ def _write_page(path: Path, result: ComparedDesigns, saved: bool) -> None:
     from pretravel.show import write_page
 
     there = saved or result.source != DESIGN_FILE
-    command = command_line(_comparing(result)) if there else ""
+    command = _comparing(result).command_line() if there else ""
     write_page(path, result.document(), record=record_now(command, _read_by_page(result, there)))
 
 

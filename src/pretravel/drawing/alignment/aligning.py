@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from pretravel.base import Placement, PretravelError, typed_placement
+from pretravel.base import Placement, PretravelError
 from pretravel.drawing.alignment.alignment import Alignment, Datum
 from pretravel.drawing.alignment.alignment_fit import align as align_from
 from pretravel.drawing.alignment.alignment_search import found_placements
@@ -98,7 +98,7 @@ def only_placement(
     if len(found) == 1:
         return found[0].placement
     listed = "\n".join(
-        f"  {typed_placement(each.placement)}   (residuals {1e3 * each.scatter:.1f} µm)"
+        f"  {each.placement.typed()}   (residuals {1e3 * each.scatter:.1f} µm)"
         for each in found[:_MOST_LISTED]
     )
     more = "\n  …" if len(found) > _MOST_LISTED else ""

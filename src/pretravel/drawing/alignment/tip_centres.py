@@ -10,7 +10,7 @@ from pretravel.base import (
     IntArray,
     checked_values,
 )
-from pretravel.touches import Touches, refuse_several, refuse_several_runs
+from pretravel.touches import Touches, refuse_several_runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class TipCentres:
     @classmethod
     def of(cls, touches: Touches, *, stated_approaches: bool = True) -> TipCentres:
         """Those of touches; their normals serve as directions of travel alone."""
-        refuse_several(touches)
+        touches.refuse_several()
         refuse_several_runs(touches.labels, touches.positions)
         return cls(
             touches.positions,

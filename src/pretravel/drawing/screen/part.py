@@ -58,7 +58,7 @@ from pretravel.drawing.screen.work import (
 from pretravel.drawing.tasks.measure.task import MeasuredFeatures
 from pretravel.prediction import catalogue_names
 from pretravel.show import KeyFigure, decimals, plotly_figure, signed_decimals
-from pretravel.task import budget_table, command_line, example_folder
+from pretravel.task import budget_table, example_folder
 
 ENDINGS_OF_POINTS = (".csv", ".json", ".nc", ".qif", ".msr")
 
@@ -222,7 +222,7 @@ def _to_keep(work: Work[PartResult]) -> None:
             result_button(work, f"points{ending}", f"points{ending}", write)
         page_button(
             work, lambda result: result.document,
-            lambda result: "\n".join(map(command_line, result.same)),
+            lambda result: "\n".join(task.command_line() for task in result.same),
             name="points.html",
         )  # fmt: skip
 
@@ -300,4 +300,4 @@ def _choose_face(state: ScreenState, result: PartResult) -> None:
 def _show_face(found: ShownResult[MeasuredFeatures]) -> None:
     document_view(found.document)
     if found.same is not None:
-        note(command_line(found.same))
+        note(found.same.command_line())

@@ -15,7 +15,7 @@ from pretravel.prediction.beam import cantilever_compliance
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
 from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
-from pretravel.prediction.materials import Material, contact_modulus
+from pretravel.prediction.materials import Material
 from pretravel.prediction.seats import seat_coefficient
 from pretravel.six_seats import ball_on_flat, seat_triads, tip_wrenches
 
@@ -286,7 +286,7 @@ def ren_terms_of(probe: RenProbe | Probe, part: Material | None = None) -> RenTe
         float(
             cantilever_compliance(probe.stylus_length, stem.diameter, stem.material.youngs_modulus)
         ),
-        float(ball_on_flat(1.0, probe.tip.radius, contact_modulus(probe.tip.material, part))),
+        float(ball_on_flat(1.0, probe.tip.radius, probe.tip.material.contact_modulus(part))),
     )
 
 

@@ -18,8 +18,6 @@ from pretravel.qualification import (
     KindScore,
     Qualification,
     SignalDelay,
-    part_point_budget,
-    radius_budget,
 )
 from pretravel.show import (
     Column,
@@ -82,7 +80,7 @@ def qualification_document(
     pretravel_map = result.pretravel_map
     title = f"{touches_name}, " if touches_name else "Qualification, "
     title += f"map kind {pretravel_map.kind}"
-    budgets = (part_point_budget(result), radius_budget(result))
+    budgets = (result.part_point_budget(), result.radius_budget())
 
     def drawn() -> View:
         from pretravel.tasks.qualify.picture import qualification_view

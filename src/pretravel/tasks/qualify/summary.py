@@ -8,7 +8,7 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, describe
 from pretravel.maps import PretravelMap
-from pretravel.qualification import KindScore, Qualification, radius_budget
+from pretravel.qualification import KindScore, Qualification
 from pretravel.show import (
     Judgement,
     KeyFigure,
@@ -102,7 +102,7 @@ def summary_figures(
             "effective radius", result.effective_radius, "mm",
             by_uncertainty(result.u_effective_radius),
             result.u_effective_radius / MICROMETRE, "µm", decimals(2),
-            coverage_factor=radius_budget(result).coverage_factor(),
+            coverage_factor=result.radius_budget().coverage_factor(),
         ),
         KeyFigure(
             "pretravel", map_span(pretravel_map), "µm",

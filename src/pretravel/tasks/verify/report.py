@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, describe
-from pretravel.qualification import MENTIONED, Cause, Change, LikelyCause, Verification
+from pretravel.qualification import Cause, Change, LikelyCause, Verification
 from pretravel.show import (
     Document,
     Judgement,
@@ -134,7 +134,7 @@ _NOTES = (
 def _cause_figures(result: Verification) -> tuple[KeyFigure, ...]:
     if not result.causes:
         return ()
-    named = [cause for cause in result.causes if cause.probability >= MENTIONED]
+    named = [cause for cause in result.causes if cause.mentioned]
     texts = [f"{cause_text(cause)}, with probability {cause.probability:.2f}" for cause in named]
     return (KeyFigure("likely cause", "; or ".join(texts)),)
 

@@ -28,7 +28,6 @@ from pretravel.app import (
     task_links,
     work_status,
 )
-from pretravel.task import command_line
 from pretravel.tasks.verify.screen_work import (
     DAILY,
     DAILY_FORM,
@@ -123,7 +122,7 @@ def _to_keep(work: Work[DailyResult]) -> None:
     with ui.element("div").classes("buttons"):
         result_button(work, HISTORY, HISTORY, write)
         page_button(
-            work, lambda result: result.document, lambda result: command_line(result.same),
+            work, lambda result: result.document, lambda result: result.same.command_line(),
             name="daily-check.html",
         )  # fmt: skip
 

@@ -132,8 +132,6 @@ class FindAxis(TouchFilesWithFeed, Reported):
         self, files: list[Path], pretravel_map: PretravelMap | None, progress: Progress
     ) -> tuple[list[Touches], list[float]]:
         """Touches of each angle, and the angles [rad]."""
-        from pretravel.touches import refuse_several
-
         tip = None if pretravel_map is None else 2.0 * pretravel_map.tip_radius
         sets, frames = [], []
         for path in files:
@@ -141,7 +139,7 @@ class FindAxis(TouchFilesWithFeed, Reported):
             read = one.read_touches(progress, tip_diameter=tip, reference_diameter=self.diameter)
             sets.append(read.in_machine_axes().touches)
             frames.append(read.frame)
-            refuse_several(sets[-1])
+            (sets[-1]).refuse_several()
         if len(sets) == 1 and self.angles is None:
             return _by_label(sets[0], files[0])
         given = () if self.angles is None else self.angles.degrees

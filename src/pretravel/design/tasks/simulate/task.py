@@ -14,7 +14,6 @@ from pretravel.base import (
     MICROMETRE,
     NOISE,
     PretravelError,
-    limits,
 )
 from pretravel.task import (
     PAGES,
@@ -48,7 +47,7 @@ if TYPE_CHECKING:
     from pretravel.surface import Part, Surface
     from pretravel.touches import Targets, Touches
 
-_DELAYS = limits(DELAY, 1e-3)
+_DELAYS = DELAY.limits(1e-3)
 _A_MAP = When("probe", is_so=is_map, what="a map")
 """It contains no model of the probe and no forces."""
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, typed_placement
+from pretravel.base import DEGREE, MICROMETRE
 from pretravel.drawing.alignment.alignment import MOTIONS, Alignment, points_in_part
 from pretravel.drawing.features.extreme_association import TANGENT
 from pretravel.drawing.features.form_of_part import UNSEEN
@@ -68,7 +68,7 @@ def alignment_document(
         title=title,
         verdict=verdict,
         figures=(
-            KeyFigure("placement", typed_placement(alignment.placement), remark="x,y,z,a,b,c"),
+            KeyFigure("placement", alignment.placement.typed(), remark="x,y,z,a,b,c"),
             KeyFigure("start", found_from, detail=True),
         ),
         tables=(_motions_table(alignment), _faces_table(alignment), _worst_table(alignment)),
@@ -106,7 +106,7 @@ def _motions_table(alignment: Alignment) -> Table:
     free = np.vstack([turn @ alignment.undetermined[:3], turn @ alignment.undetermined[3:]])
     held = np.linalg.norm(free, axis=1) < _HELD * np.repeat([1.0, 1.0 / alignment.part.size], 3)
     stated = np.where(held, expanded / factor, math.nan)
-    angles = [float(word) for word in typed_placement(alignment.placement).split(",")]
+    angles = [float(word) for word in alignment.placement.typed().split(",")]
     return Table(
         (
             Column.of("motion", MOTIONS),

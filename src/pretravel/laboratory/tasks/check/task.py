@@ -296,10 +296,9 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
         from pretravel.measurement import apply
         from pretravel.qualification import own_touches_warnings
         from pretravel.task import STANDARDS
-        from pretravel.touches import refuse_several
 
         measured = readings.touches
-        refuse_several(measured)
+        measured.refuse_several()
         result = STANDARDS[self.standard].procedure(
             measured,
             self.sphere,

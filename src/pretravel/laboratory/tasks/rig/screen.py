@@ -50,7 +50,6 @@ from pretravel.laboratory.tasks.rig.screen_work import (
 from pretravel.laboratory.tasks.rig.task import CalibratedRig
 from pretravel.laboratory.tasks.separate.task import SeparatedErrors
 from pretravel.show import Document, plotly_figure
-from pretravel.task import command_line
 
 RIG = Job(
     "rig",
@@ -145,7 +144,7 @@ def _rig_to_keep(work: Work[RigResult]) -> None:
     with ui.element("div").classes("buttons"):
         for name, label in CERTIFICATES.items():
             page_button(
-                work, lambda result: result.certificate, lambda result: command_line(result.same),
+                work, lambda result: result.certificate, lambda result: result.same.command_line(),
                 name=name, label=label, template=CalibratedRig.template,
             )  # fmt: skip
         result_button(
@@ -153,7 +152,7 @@ def _rig_to_keep(work: Work[RigResult]) -> None:
             lambda path, result: result.rig.write("output", path),
         )  # fmt: skip
         page_button(
-            work, lambda result: result.rig.page(), lambda result: command_line(result.same),
+            work, lambda result: result.rig.page(), lambda result: result.same.command_line(),
             name="rig.json", label="rig.json", template=CalibratedRig.template,
         )  # fmt: skip
 
