@@ -64,6 +64,7 @@ _POSITION_WORDS = (
     "messwert", "gemessen", "mesure", "mesuree", "mesura", "medido", "medida", "misurato",
     "mes", "mis", "misurata", "rilevato", "effettivo", "real", "reel", "effektiv",
     "observed", "probed", "centro", "mittelpunkt", "value", "wert", "center", "centre", "tip",
+    "tipcenter", "tipcentre", "ballcenter", "ballcentre", "probecenter", "kugelmittelpunkt",
     "point", "punkt", "pt", "p", "abs", "axis", "achse", "axe",
 )  # fmt: skip
 _NOMINAL_WORDS = (

@@ -98,6 +98,8 @@ class ReadingOptions:
         The ring is a pin, which is touched from outside.
     anywhere : bool
         Where the touches lie does not matter, as in a series of repeats: machine coordinates do.
+    of_surface : bool
+        Points of the surface are meant, which other software compensated, not tip centres.
 
     Raises
     ------
@@ -130,6 +132,7 @@ class ReadingOptions:
     series: tuple[str, ...] = ()
     pin: bool = False
     anywhere: bool = False
+    of_surface: bool = False
 
     @property
     def moves_as_a_whole(self) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base import BoolArray, FloatArray, InputError
+from pretravel.base import BoolArray, FloatArray
 from pretravel.files.file_format import FilePositions, FileReadings, labels_or_numbers
 
 _FILLED_IN = (999.0, 999.9, 999.99, 999.999, 9999.0, 9999.9, 9999.99, 9999.999, 99999.0, 999999.0)
@@ -100,15 +100,16 @@ def far_heights(positions: FloatArray, axis: int = 2) -> FloatArray:
 
 
 def named_misses(
-    found: FileReadings | FilePositions, *, of_table: bool = True
+    found: FileReadings | FilePositions, *, unmarked: bool = False
 ) -> FileReadings | FilePositions:
     """Readings without the values that were filled in, and with words about heights far off.
 
     Parameters
     ----------
     found : FileReadings or FilePositions
-    of_table : bool
-        Of a table, whose own form has none (`Touches.reading` is empty).
+    unmarked : bool
+        The format is that of a CMM, which marks no misses; others do, and the own form of a table,
+        whose `Touches.reading` is empty, has none.
 
     Returns
     -------
@@ -129,7 +130,7 @@ def named_misses(
         )
         return replace(found, warnings=(*found.warnings, *told))
     touches = found.touches
-    filled = missed_rows(touches.positions) & (bool(touches.reading) or not of_table)
+    filled = missed_rows(touches.positions) & (bool(touches.reading) or unmarked)
     if filled.any() and not filled.all():
         names = labels_or_numbers(touches.labels, len(touches))
         missed = tuple(names[row] for row in np.flatnonzero(filled))
@@ -139,13 +140,6 @@ def named_misses(
     lines = touches.lines or tuple(range(1, len(touches) + 1))
     if touches.nominal_points is not None:
         along = np.sum((touches.positions - touches.nominal_points) * touches.normals, axis=1)
-        if not of_table and bool((along < -_INSIDE).all()):
-            raise InputError(
-                f"every touch lies behind its nominal surface, by {-np.median(along):.3g} mm: the "
-                "normals point into the part, or the points are not those of this part",
-                path=touches.source,
-                line=lines[0],
-            )
         if told := _far_from_nominal(along, lines):
             return replace(found, warnings=(*found.warnings, *told))
     same = float(np.ptp(touches.normals, axis=0).max()) < 1e-6
@@ -169,6 +163,10 @@ def _with_size_named(found: FileReadings | FilePositions) -> FileReadings | File
 
 def _far_from_nominal(along: FloatArray, lines: Sequence[int]) -> tuple[str, ...]:
     """A sentence about touches that lie elsewhere on their normals than the others. [mm]"""
+    if bool((along < -_INSIDE).all()):
+        where = f"every touch lies behind its nominal surface, by {-np.median(along):.3g} mm"
+        why = "do the normals point into the part, or are the nominal points those of another one?"
+        return (f"{where}: {why}",)
     left = along - np.median(along)
     scatter = _MAD * float(np.median(np.abs(left)))
     rows = np.flatnonzero(np.abs(left) > max(_FAR, _TIMES * scatter))

@@ -160,7 +160,8 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
     known = format_of(file) if file.ending != ".parquet" else None
     if known is not None and known.refusal:
         raise file.error(known.refusal)
-    read = read_table_of_touches(file, options)
+    of_surface = replace(options, of_surface=options.tip_radius is None)
+    read = read_table_of_touches(file, of_surface)
     # Points far from their feature are named where the feature is known.
     found = replace(named_misses(read), warnings=read.warnings)
     found = with_passes(found, asks=not options.series)

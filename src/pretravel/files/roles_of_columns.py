@@ -228,6 +228,12 @@ def _named(
 def _placed(text: TextTable, stated: Mapping[str, str]) -> dict[str, int]:
     """Columns of a table without a header: X Y Z, X Y Z I J K, with a label first or without."""
     width, start = text.width, 0
+    if _is_matrix(text):
+        raise text.file.error(
+            "this is a matrix of heights: x in its first row, y in its first column. Write x, y "
+            "and z of each point as a row",
+            text.lines[0],
+        )
     if width in (4, 7):
         if not _are_labels(text.column(0)):
             raise _without_names(text, "its first column is not a label or a running number")
@@ -242,6 +248,19 @@ def _placed(text: TextTable, stated: Mapping[str, str]) -> dict[str, int]:
     if has_normals and not all(_is_zero(row[i]) for row in text.rows for i in normals):
         found |= dict(zip(NORMAL_ROLES, normals, strict=True))
     return {role: i for role, i in found.items() if role not in stated}
+
+
+def _is_matrix(text: TextTable) -> bool:
+    """Whether the first row and the first column rise, and no number is where they meet."""
+    corner, *first = text.rows[0]
+    down = [row[0] for row in text.rows[1:]]
+    if len(down) < _FEWEST_TO_NUMBER or re.fullmatch(r"[-+]?\d+([.,]\d+)?", corner):
+        return False
+    try:
+        values = [[float(cell.replace(",", ".")) for cell in cells] for cells in (first, down)]
+    except ValueError:
+        return False
+    return all(a < b for each in values for a, b in itertools.pairwise(each))
 
 
 def _are_numbers_of_rows(cells: Sequence[str]) -> bool:

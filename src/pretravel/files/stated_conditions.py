@@ -48,6 +48,15 @@ _COMPENSATED_BEFORE = re.compile(
     re.IGNORECASE,
 )
 """A line before the rows that says that the radius is subtracted already."""
+_OFF = {*_NO, "off", "none", "g40", "aus"}
+_TIP_CENTRES = re.compile(
+    r"\b(?:tip|ball|probe|stylus|sphere|tastkugel|kugel)\W?(?:cent(?:er|re)s?|mittelpunkte?)\b|"
+    r"\btip [xyz]\b|\b(?:not|un)\W?(?:radius\W?|tip\W?)?(?:compensated|corrected)\b|"
+    r"\b(?:un|nicht )(?:kompensiert|korrigiert)|\bcomp(?:ensation|ensated)?\W+(?:is\W+)?"
+    r"(?:off|no|none|false|0)\b|\bradiuskorrektur\W+(?:aus|nein|0)\b",
+    re.IGNORECASE,
+)
+"""What says that a radius has still to be subtracted."""
 _OF_TIP = r"(?:tip|stylus|(?:tip|probe|stylus)\W?ball|probe|tastkugel|taster(?:kugel)?)"
 _OF_EITHER = r"(?:ball|kugel)"
 """The tip, or the sphere that it touches."""
@@ -83,8 +92,11 @@ def refuse_contradictions(
     """
     _refuse_misses(text, roles)
     _refuse_other_units(text, roles, unit)
-    _refuse_compensated(text, roles)
-    _refuse_compensated_before(text)
+    if options.of_surface:
+        _refuse_tip_centres(text, roles)
+    else:
+        _refuse_compensated(text, roles)
+        _refuse_compensated_before(text)
     if options.tip_radius is not None:
         for line, where, diameter in _diameters(text, _OF_TIP, unit, options.tip):
             refuse_other_tip(text.file, diameter, 2.0 * options.tip_radius, where, line)
@@ -192,6 +204,23 @@ def _refuse_compensated(text: TextTable, roles: ColumnRoles) -> None:
                 "or the CMM compensated. The centre of the tip at the trigger is needed",
                 text.lines[rows[0]],
             )
+
+
+def _refuse_tip_centres(text: TextTable, roles: ColumnRoles) -> None:
+    """Refuse points of the surface of which the file says that they are tip centres."""
+    stated = [*text.before, (text.header_line or text.lines[0], " ".join(text.names or ()))]
+    found = [(line, words) for line, words in stated if _TIP_CENTRES.search(words)]
+    for i, name in _other_columns(text, roles):
+        off = [row for row, cell in enumerate(text.column(i)) if cell.strip().lower() in _OFF]
+        if off and _COMPENSATED.fullmatch(name.replace("_", " ")):
+            found.append((text.lines[off[0]], f"{text.title(i)} {text.column(i)[off[0]]}"))
+    for line, words in found:
+        raise text.file.error(
+            f"'{shortened(words)}': these are tip centres, not points of the surface. Give the "
+            "tip's diameter",
+            line,
+            inputs=("tip_diameter",),
+        )
 
 
 def _refuse_compensated_before(text: TextTable) -> None:

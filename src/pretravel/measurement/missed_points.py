@@ -308,4 +308,6 @@ def _suspects(kind: str, points: FloatArray, kept: BoolArray, axis: FloatArray |
         return rows if len(rows) <= _MOST_IN_TURN else rows[:0]
     # What the sum of squares becomes smaller by without each point.
     less = fit.residuals * _left_to_each(fit)
-    return rows[np.argsort(less)[-_LIKELY:]]
+    # A point farther away than the feature is large turns the feature of all to itself.
+    away = np.abs(points[kept] - np.median(points[kept], axis=0)).argmax(axis=0)
+    return rows[np.unique([*np.argsort(less)[-_LIKELY:], *away])]

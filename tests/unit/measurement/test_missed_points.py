@@ -145,3 +145,13 @@ def test_labels_that_name_a_bore_at_two_heights(tmp_path: Path) -> None:
     out, err = both_outputs("measure", path, "--feature", "by-label")
     assert "39.9999" in out or "40.0000" in out
     assert "bore1-6 (-2.000 mm)" in err
+
+
+@pytest.mark.parametrize("height", [30.0, 100.0, -500.0])
+@pytest.mark.parametrize("side", [3, 7])
+def test_a_miss_farther_away_than_the_face_is_large_is_found(height: float, side: int) -> None:
+    """The plane of all points stands upright then, through the one that is far."""
+    x, y = np.meshgrid(10.0 * np.arange(side), 10.0 * np.arange(side))
+    points = np.column_stack([x.ravel(), y.ravel(), 0.001 * np.cos(np.arange(side**2))])
+    points[side + 1, 2] = height
+    assert missed_points("plane", points).rows == (side + 1,)

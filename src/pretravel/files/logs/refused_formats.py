@@ -114,10 +114,14 @@ _TYPES = {"type", "typ", "kind", "art", "element", "feature type", "elementtype"
 _POINTS = re.compile(r"(?:vector |surface |edge )?(?:point|punkt|punto|pt|vec)\b", re.IGNORECASE)
 _CENTRES = re.compile(
     r"(?:circle|cylinder|sphere|cone|slot|arc|ellipse|torus|kreis|zylinder|kugel|kegel|bohrung|"
-    r"cercle|cylindre|cir|cyl|sph|hole|bore)\b",
+    r"cercle|cylindre|cir|cyl|con|sph|hole|bore)\b",
     re.IGNORECASE,
 )
 """Features whose place is a centre, on no surface."""
+_OF_ONE_CENTRE = re.compile(rf"{_CENTRES.pattern.removesuffix(chr(92) + 'b')}[ _.-]?[0-9]+", re.I)
+_SIZES_ELSEWHERE = re.compile(r"直径|半径|直徑|半徑|真円度|平面度|円筒度|диаметр", re.I)
+_SMALLEST_SIZE = 0.5
+"""Below this a number beside a position can be a deviation. [mm]"""
 _RESULTS = (
     {"nominal", "nom", "soll", "sollwert", "nominale"},
     {"actual", "meas", "measured", "act", "ist", "istwert", "mesure", "gemessen"},
@@ -129,6 +133,7 @@ _RADII = {
     "radius", "rad", "radio", "rayon", "raggio", "nomradius", "actradius", "measradius",
 }  # fmt: skip
 """Columns of sizes of features; or of the tip, where all rows have one."""
+_SIZE_LETTERS = {"r", "d", "size"}
 _BESIDE_FEATURES = {
     "r", "d", "sd", "width", "length", "breite", "lange", "angle", "winkel", "coneangle", "size",
 }  # fmt: skip
@@ -149,6 +154,28 @@ def _column(lines: list[str], column: int, width: int) -> list[str]:
 def _vary(lines: list[str], column: int, width: int) -> bool:
     """Whether the cells of a column of a table are not all one, as the tip's radius is."""
     return len({cell for cell in _column(lines, column, width) if cell[:1].isdigit()}) > 1
+
+
+def _are_sizes(lines: list[str], column: int, width: int) -> bool:
+    """Whether a column has several sizes of features, and no deviations."""
+    cells = _column(lines, column, width)[1:]
+    try:
+        sizes = {float(cell.replace(",", ".")) for cell in cells if cell}
+    except ValueError:
+        return False
+    return len(sizes) > 1 and min(sizes) >= _SMALLEST_SIZE
+
+
+def _are_centres(lines: list[str], plain: list[str]) -> bool:
+    """Whether rows have the names of round features, one each, and their axes as vectors."""
+    width = len(plain)
+    names = [cell for cell in _column(lines, 0, width)[1:] if cell]
+    round_ones = [name for name in names if _OF_ONE_CENTRE.fullmatch(_folded(name))]
+    if len(names) < FEWEST_ROWS or len({*round_ones}) < len(names):
+        return False
+    vectors = [i for i, word in enumerate(plain) if word in ("i", "j", "k")]
+    alike = all(len({*_column(lines, i, width)[1:]}) == 1 for i in vectors)
+    return len(vectors) == len("ijk") and alike
 
 
 def _name_features(lines: list[str], width: int) -> bool:
@@ -175,6 +202,10 @@ def _is_feature_list(lines: list[str]) -> bool:
     if any(_SIZES.fullmatch(word) for word in squeezed if word) or "ø" in cells:
         return True
     width = len(cells)
+    if any(map(_SIZES_ELSEWHERE.search, cells)) or _are_centres(lines, plain):
+        return True
+    if any(_are_sizes(lines, i, width) for i, w in enumerate(squeezed) if w in _SIZE_LETTERS):
+        return True
     if any(_vary(lines, i, width) for i, word in enumerate(squeezed) if word in _RADII):
         return True
     if {*squeezed} & _BESIDE_FEATURES and (
