@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -153,6 +154,8 @@ def apply_with_errors(
     Points
     PointErrors
     """
+    if isinstance(nominal, str | Path):
+        raise PretravelError("the nominal is a surface: read_part or parse_surface makes it")
     touches = as_touches(touches)
     refuse_several(touches)
     pretravel_map, _ = with_step_of_touches(as_map(pretravel_map), touches)
