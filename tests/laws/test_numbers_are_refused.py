@@ -64,6 +64,11 @@ CASES: dict[str, tuple[Callable[..., Any], dict[str, Any], str]] = {
          "sphere_form": 1e-4},
         "",
     ),
+    "apply": (
+        lambda **given: pretravel.apply(TOUCHES, MAP, extrapolate=True, **given),
+        {"u_friction": 0.1},
+        "",
+    ),
     "verify": (
         lambda **given: pretravel.verify(touches(1), old_map(), **given),
         {"diameter": 25.0, "false_alarm_rate": 0.01},

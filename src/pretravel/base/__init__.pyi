@@ -79,6 +79,7 @@ from .quantities import TEMPERATURE_DIFFERENCE as TEMPERATURE_DIFFERENCE
 from .quantities import TIP_BALL as TIP_BALL
 from .quantities import TIP_RADIUS as TIP_RADIUS
 from .quantities import U_OF_DIAMETER as U_OF_DIAMETER
+from .quantities import U_OF_FRICTION as U_OF_FRICTION
 from .quantities import UNCERTAINTY as UNCERTAINTY
 from .quantities import VARIANCE as VARIANCE
 from .quantities import QuantityRange as QuantityRange

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.directions import checked_unit
 from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import COMPONENT, COORDINATE, NUMBER, checked_values
+from pretravel.base.quantities import COORDINATE, NUMBER, as_numbers, checked_values
 from pretravel.base.units import DEGREE
 
 _ROUNDING = 1e-6
@@ -53,12 +53,14 @@ def probe_rotation(axis: npt.ArrayLike = (0.0, 0.0, 1.0), rotation: float = 0.0)
     return np.asarray(tilt @ turned_about_axes(0.0, 0.0, rotation))
 
 
-def checked_rotation(rotation: npt.ArrayLike) -> FloatArray:
-    """A rotation from probe to machine frame, read-only.
+def checked_rotation(rotation: npt.ArrayLike, of: str = "the probe") -> FloatArray:
+    """A rotation from a frame to that of the machine, read-only.
 
     Parameters
     ----------
     rotation : (3, 3) float
+    of : str
+        Whose axes are its columns, for the message.
 
     Returns
     -------
@@ -75,7 +77,7 @@ def checked_rotation(rotation: npt.ArrayLike) -> FloatArray:
     pretravel.base.errors.PretravelError: the axes of the probe are not perpendicular unit vectors \
 of a right-handed system
     """
-    given = frozen(rotation)
+    given = as_numbers(rotation, f"the axes of {of}")
     if (
         given.shape != (3, 3)
         or not np.all(np.abs(given) <= 1.0 + _ROUNDING)
@@ -83,7 +85,7 @@ of a right-handed system
         or np.linalg.det(given) < 0.0
     ):
         raise PretravelError(
-            "the axes of the probe are not perpendicular unit vectors of a right-handed system"
+            f"the axes of {of} are not perpendicular unit vectors of a right-handed system"
         )
     return given
 
@@ -202,8 +204,9 @@ class Placement:
     errors: PlacementErrors | None = None
 
     def __post_init__(self) -> None:
-        checked_values(self.rotation, "the rotation of a placement", COMPONENT)
-        checked_values(self.shift, "the shift of a placement", COORDINATE)
+        object.__setattr__(self, "rotation", checked_rotation(self.rotation, "the part"))
+        shift = checked_values(self.shift, "the shift of a placement", COORDINATE)
+        object.__setattr__(self, "shift", shift)
 
     def points(self, points: FloatArray) -> FloatArray:
         """Points of the part in the machine, (n, 3). [mm]"""

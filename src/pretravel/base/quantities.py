@@ -113,6 +113,7 @@ PROBABILITY = QuantityRange(0.0, 1.0)
 REAL = QuantityRange(-1e150, 1e150)
 """A number of any kind; its square is finite too."""
 FRICTION = QuantityRange(0.0, 1e3)
+U_OF_FRICTION = QuantityRange(0.0, 1.0)
 VARIANCE = QuantityRange(0.0, 1.0, "mm²")
 COUNT = QuantityRange(0.0, 1e9)
 TEMPERATURE_DIFFERENCE = QuantityRange(0.0, 1e3, "K")

@@ -14,7 +14,6 @@ from pretravel.base import (
     Placement,
     PlacementErrors,
     PretravelError,
-    checked_rotation,
     frozen,
     parsed_json,
     write_text,
@@ -113,7 +112,7 @@ def read_placement(source: Source) -> Placement:
             errors = PlacementErrors(
                 values["covariance"], values["about_mm"], values["undetermined"]
             )
-        return Placement(checked_rotation(values["rotation"]), values["shift_mm"], errors)
+        return Placement(values["rotation"], values["shift_mm"], errors)
 
 
 def _numbers(file: SourceFile, content: dict[str, Any], name: str) -> FloatArray:

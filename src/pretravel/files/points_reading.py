@@ -33,6 +33,7 @@ from pretravel.files.readings import ALL, chosen
 from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.tables import read_parquet_table
+from pretravel.files.touch_columns import read_touch_columns
 from pretravel.files.touches_csv import read_table_of_touches
 from pretravel.measurement import Points
 from pretravel.touches import (
@@ -139,9 +140,10 @@ def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str,
     if file.ending == ".json":
         return points_of_table(file, _json_table(file)), ()
     if table is not None:
-        return points_of_table(file, table), ()
+        return points_of_table(file, table), _beside_points(file, table, options)
     if file.ending in _TABLES:
-        return points_of_table(file, read_csv_table(file)), ()
+        written = read_csv_table(file)
+        return points_of_table(file, written), _beside_points(file, written, options)
     raise file.error(
         f"points with their uncertainties are read from .csv, .parquet, .json and .nc, not from "
         f"{file.ending}; write them in one of these formats when the touches are compensated"
@@ -150,6 +152,36 @@ def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str,
 
 def _is_plain(table: CsvTable) -> bool:
     return not table.has("u_um")
+
+
+_OWN = {
+    *("label", "face", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "pretravel_um", "u_um"),
+    *("deviation_um", *UNCOMPENSATED, MAP_USED),
+}
+
+
+def _beside_points(file: SourceFile, table: CsvTable, options: ReadingOptions) -> tuple[str, ...]:
+    """What a table states beside the columns that `write_points` writes, as it is not read.
+
+    Raises
+    ------
+    InputError
+        Rows of several parts, or that could not be used together as touches.
+    """
+    others = [name for name in table.columns if name not in _OWN and not name.startswith(SHARED)]
+    if not others and b"#" not in file.content:
+        return ()
+    found = read_touch_columns(file, options)
+    parts = found.table.columns.get("part", ())
+    if ALL not in options.series and (other := set(parts) - {*parts[:1]}):
+        row = min(map(parts.index, other))
+        raise file.error(
+            f"the points are of part {parts[0]} and of part {parts[row]}, and would be used as "
+            "one: split the file, or use all, if they are the same",
+            table.lines[row],
+            inputs=("series",),
+        )
+    return (*((f"not read: {', '.join(others)}",) if others else ()), *found.notes)
 
 
 _TIPS_NAMED = 5
@@ -173,6 +205,8 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
             "perhaps. Compensate them with a map first; points that are compensated already need "
             "no normals: leave these columns out"
         )
+    _, unread, columns = found.understood.partition("not read: ")
+    told += (unread + columns,) if unread else ()
     stated = bool({"part", "pass", "orientation"} & set(found.words))
     found = chosen(found, options if stated else replace(options, series=()))
     assert isinstance(found, FilePositions)

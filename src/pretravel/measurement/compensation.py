@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -141,6 +142,8 @@ def apply_with_errors(
     Points
     PointErrors
     """
+    if isinstance(nominal, str | Path):
+        raise PretravelError("the nominal is a surface: read_part or parse_surface makes it")
     touches = as_touches(touches)
     touches.refuse_several()
     pretravel_map, _ = with_step_of_touches(as_map(pretravel_map), touches)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.base import FloatArray, IntArray, delay_travel, frozen
+from pretravel.base import U_OF_FRICTION, FloatArray, IntArray, checked, delay_travel, frozen
 from pretravel.maps import PretravelMap
 from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.points import FIXED_SCATTER, Points
@@ -380,7 +380,13 @@ def errors_of_points(
     Returns
     -------
     PointErrors
+
+    Raises
+    ------
+    PretravelError
+        `u_friction` is negative, not finite, or above 1.
     """
+    u_friction = checked(u_friction, "u of the friction of the part", U_OF_FRICTION)
     closing = touches.closing(normals)
     by_delay = pretravel_map.change_by_delay(normals)
     moved = by_delay / closing

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files.points_reading import read_points
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.points_reading import points_and_notes, read_points
 from pretravel.files.points_writing import write_points
+from pretravel.files.readings import ALL
+from pretravel.files.source_file import SourceFile
 from pretravel.files.touches_csv import read_touches
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.point_errors import point_sources, total_covariance
@@ -151,3 +154,35 @@ def test_coordinates_in_coarse_steps_are_named(tmp_path: Path) -> None:
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
         said = "".join(both_outputs("measure", path, "--feature", "bore"))
         assert ("in steps of" in said) == named
+
+
+@pytest.mark.parametrize(
+    ("head", "names", "last", "message"),
+    [
+        ("", ",part", ("a", "b"), "line 3: the points are of part a and of part b"),
+        ("", ",c_deg", ("0", "90"), "line 3: the rotary axis c_deg moves"),
+        ("", ",outlier", ("0", "1"), "line 3: outlier is '1'"),
+        ("# units: inch\n", "", None, "a line before it inch"),
+        ("# part at 35 °C: temperature 35\n", "", None, "not read: line 1"),
+        ("", ",U_um", ("8", "8"), "not read: U_um"),
+    ],
+)
+def test_what_a_table_states_beside_its_points_is_named(
+    head: str, names: str, last: tuple[str, str] | None, message: str
+) -> None:
+    one, other = ("", "") if last is None else (f",{cell}" for cell in last)
+    rows = f"1,0,0,-1,0,0,0.5{one}\n-1,0,0,1,0,0,0.5{other}\n"
+    text = f"{head}x_mm,y_mm,z_mm,nx,ny,nz,u_um{names}\n{rows}"
+    file = SourceFile("points.csv", text.encode())
+    if message.startswith("not read"):
+        assert message in " ".join(points_and_notes(file)[1])
+        return
+    with pytest.raises(InputError, match=message):
+        points_and_notes(file)
+    if names == ",part":
+        assert len(points_and_notes(file, ReadingOptions(series=(ALL,)))[0]) == 2
+
+
+def test_a_table_of_coordinates_names_the_uncertainty_that_is_not_read() -> None:
+    file = SourceFile("points.csv", b"x_mm,y_mm,z_mm,U_um\n1,0,0,8\n-1,0,0,8\n0,1,0,8\n")
+    assert "not read: U_um" in points_and_notes(file)[1]

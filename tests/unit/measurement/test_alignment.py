@@ -486,3 +486,15 @@ def test_three_touches_determine_three_motions() -> None:
     found = align(tips, part, made, Placement(), extrapolate=True)
     assert found.undetermined.shape[1] == 3
     assert found.scatter == 0.0
+
+
+def test_a_placement_is_no_mirror_and_keeps_its_numbers() -> None:
+    """A left-handed frame would exchange bores and bosses."""
+    with pytest.raises(PretravelError, match="axes of the part are not perpendicular"):
+        Placement(np.diag([1.0, 1.0, -1.0]))
+    with pytest.raises(PretravelError, match="axes of the part are not perpendicular"):
+        Placement(0.999 * np.eye(3))
+    given = np.zeros(3)
+    placement = Placement(np.eye(3), given)
+    given[:] = 9.0
+    assert placement.shift.tolist() == [0.0, 0.0, 0.0]

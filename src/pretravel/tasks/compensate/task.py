@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pretravel.base import PretravelError
+from pretravel.base import U_OF_FRICTION, PretravelError
 from pretravel.task import (
     PAGES,
     SILENT,
@@ -140,7 +140,7 @@ class Compensate(
         Field(
             help="Standard uncertainty of the difference between the coefficients of friction of "
             "part and reference: 0.1 for another metal. It moves points of inclined faces.",
-            range=(0.0, 1.0),
+            range=U_OF_FRICTION,
             label="u of the part's friction",
             without=(SEVERAL_TIPS,),
         ),
