@@ -161,7 +161,7 @@ _OWN = {
 
 
 def _beside_points(file: SourceFile, table: CsvTable, options: ReadingOptions) -> tuple[str, ...]:
-    """What a table states beside the columns that `write_points` writes, as it is not read.
+    """What a table gives in addition to the columns of `write_points`: it is not read.
 
     Raises
     ------

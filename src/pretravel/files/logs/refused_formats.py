@@ -121,7 +121,7 @@ _CENTRES = re.compile(
 _OF_ONE_CENTRE = re.compile(rf"{_CENTRES.pattern.removesuffix(chr(92) + 'b')}[ _.-]?[0-9]+", re.I)
 _SIZES_ELSEWHERE = re.compile(r"直径|半径|直徑|半徑|真円度|平面度|円筒度|диаметр", re.I)
 _SMALLEST_SIZE = 0.5
-"""Below this a number beside a position can be a deviation. [mm]"""
+"""Below this a number next to a position can be a deviation. [mm]"""
 _RESULTS = (
     {"nominal", "nom", "soll", "sollwert", "nominale"},
     {"actual", "meas", "measured", "act", "ist", "istwert", "mesure", "gemessen"},
