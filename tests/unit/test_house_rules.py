@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import re
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
@@ -157,14 +157,19 @@ def test_doors_have_what_is_used_and_no_more() -> None:
         for path in (PACKAGE.parents[1] / folder).rglob("*")
         if path.suffix in (".py", ".md") and path.name != "__init__.pyi"
     ]
-    public = (PACKAGE / "__init__.pyi").read_text("utf-8")
-    words = [set(re.findall(r"\w+", text)) for text in everything]
-    often = Counter(word for text in words for word in text)
+    used = set()
+    for text in everything:
+        for module, names in re.findall(r"from pretravel([\w.]*) import (\([^)]*\)|.*)", text):
+            used |= {f"{module}.{name}" for name in re.findall(r"\w+", names)}
+        used |= {name.removeprefix("pretravel") for name in re.findall(r"pretravel[\w.]+", text)}
+        for module, name in re.findall(r"([\w.]+):(\w+)", text):  # loaded by its place
+            used.add(f".{module.removeprefix('pretravel.')}.{name}")
     idle = {
-        f"{stub.parent.relative_to(PACKAGE)}: {name}"
+        f"{room}: {name}"
         for stub in PACKAGE.rglob("*/__init__.pyi")
+        for room in [".".join(stub.parent.relative_to(PACKAGE).parts)]
         for name in re.findall(r" as (\w+)$", stub.read_text("utf-8"), re.M)
-        if often[name] < 2 and not re.search(rf"\b{name}\b", public)
+        if f".{room}.{name}" not in used
     }
     assert idle == set()
 

@@ -18,7 +18,6 @@ from .components.fields import bare_slider as bare_slider
 from .components.fields import choice_field as choice_field
 from .components.fields import number_field as number_field
 from .components.fields import slider_field as slider_field
-from .components.fields import switch_field as switch_field
 from .components.fields import text_field as text_field
 from .components.file_drop import file_drop as file_drop
 from .components.from_project import follow_map as follow_map

@@ -28,7 +28,6 @@ from .kinds.sectors import SECTOR_NAMES as SECTOR_NAMES
 from .kinds.sectors import SectorBasis as SectorBasis
 from .kinds.tabulated import TabulatedBasis as TabulatedBasis
 from .kinds.wozniak import WozniakBasis as WozniakBasis
-from .kinds.wozniak import WozniakKind as WozniakKind
 from .machine_terms import TERMS as TERMS
 from .machine_terms import WIDE as WIDE
 from .machine_terms import MachinePriors as MachinePriors

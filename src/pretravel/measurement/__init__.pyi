@@ -15,7 +15,6 @@ from .comparison import compare_corrections as compare_corrections
 from .compensation import apply as apply
 from .compensation import apply_with_errors as apply_with_errors
 from .compensation import distances_from_reference as distances_from_reference
-from .compensation import embed as embed
 from .missed_points import MissedPoints as MissedPoints
 from .missed_points import missed_points as missed_points
 from .missed_points import missed_points_of_features as missed_points_of_features
@@ -24,7 +23,6 @@ from .normals_from_neighbours import with_errors_of_neighbours as with_errors_of
 from .normals_of_features import normals_of_feature as normals_of_feature
 from .point_errors import REPEATABILITY as REPEATABILITY
 from .point_errors import PointErrors as PointErrors
-from .point_errors import errors_of_points as errors_of_points
 from .point_errors import point_sources as point_sources
 from .points import FIXED_SCATTER as FIXED_SCATTER
 from .points import Points as Points

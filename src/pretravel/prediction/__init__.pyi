@@ -12,16 +12,8 @@ from .compliance import MODELS as MODELS
 from .compliance.base import TIP_ON_PART as TIP_ON_PART
 from .compliance.base import ComplianceModel as ComplianceModel
 from .compliance.base import compliance_model as compliance_model
-from .compliance.ren import RenPretravel as RenPretravel
-from .compliance.ren import RenProbe as RenProbe
-from .compliance.ren import RenSeats as RenSeats
 from .compliance.ren import RenTerms as RenTerms
-from .compliance.ren import ren_pretravel as ren_pretravel
 from .compliance.ren import ren_terms_of as ren_terms_of
-from .compliance.ren import ren_trigger_force as ren_trigger_force
-from .compliance.wozniak import WozniakPretravel as WozniakPretravel
-from .compliance.wozniak import WozniakProbe as WozniakProbe
-from .compliance.wozniak import wozniak_pretravel as wozniak_pretravel
 from .described_maps import described_map as described_map
 from .description import CONTACTS as CONTACTS
 from .description import LARGEST_FRICTION as LARGEST_FRICTION
@@ -35,8 +27,6 @@ from .materials import Material as Material
 from .materials import default_workpiece as default_workpiece
 from .materials import known_materials as known_materials
 from .materials import material as material
-from .response import _AGREEMENT as _AGREEMENT
-from .response import _check as _check
 from .response import probe_response as probe_response
 from .response import response_map as response_map
 from .seats import SeatStatics as SeatStatics
@@ -44,7 +34,6 @@ from .seats import lifted_tip_motion as lifted_tip_motion
 from .seats import seat_coefficient as seat_coefficient
 from .seats import seat_frame as seat_frame
 from .seats import seat_statics as seat_statics
-from .seats import statics_in_machine as statics_in_machine
 from .trigger import Trigger as Trigger
 from .trigger import predict as predict
 from .trigger import predicted_map as predicted_map

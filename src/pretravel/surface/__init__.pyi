@@ -5,7 +5,6 @@ from .cad.face import lattice as lattice
 from .cad.part import Cloud as Cloud
 from .cad.part import Part as Part
 from .cad.part_file import read_part as read_part
-from .cad.step_part import read_step_part as read_step_part
 from .cad.step_reader import read_step_solids as read_step_solids
 from .cad.triangles import FaceTriangles as FaceTriangles
 from .cad.triangles import face_triangles as face_triangles
@@ -19,7 +18,6 @@ from .local_geometry import LocalGeometry as LocalGeometry
 from .local_geometry import Surface as Surface
 from .local_geometry import at_open_end as at_open_end
 from .local_geometry import tangent_basis as tangent_basis
-from .parametric import FunctionSurface as FunctionSurface
 from .search import ContactProblem as ContactProblem
 from .search import ContactSearch as ContactSearch
 from .search import Feet as Feet

@@ -58,11 +58,6 @@ class Fit:
     dof: int
 
     @property
-    def standard_deviation(self) -> float:
-        """Standard deviation of the distances; nan without degrees of freedom. [mm]"""
-        return float(np.sqrt(np.sum(self.residuals**2) / self.dof)) if self.dof > 0 else math.nan
-
-    @property
     def form(self) -> float:
         """Largest less smallest residual: roundness, flatness, cylindricity. [mm]"""
         return float(np.ptp(self.residuals))

@@ -1,5 +1,4 @@
 """What other rooms use of this one."""
 
-from .task import PAGE as PAGE
 from .task import RunStudy as RunStudy
 from .task import Studies as Studies

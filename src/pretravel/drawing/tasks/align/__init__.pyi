@@ -1,4 +1,3 @@
 """What other rooms use of this one."""
 
 from .task import Align as Align
-from .task import AlignedPart as AlignedPart

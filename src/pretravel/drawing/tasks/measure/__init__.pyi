@@ -1,6 +1,4 @@
 """What other rooms use of this one."""
 
-from .settings_of_features import BY_LABEL as BY_LABEL
 from .settings_of_features import Criterion as Criterion
 from .task import Measure as Measure
-from .task import MeasuredFeatures as MeasuredFeatures

@@ -2,4 +2,3 @@
 
 from .task import PlanSeparation as PlanSeparation
 from .task import Separate as Separate
-from .task import SeparatedErrors as SeparatedErrors
