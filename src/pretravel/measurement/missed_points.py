@@ -310,4 +310,4 @@ def _suspects(kind: str, points: FloatArray, kept: BoolArray, axis: FloatArray |
     less = fit.residuals * _left_to_each(fit)
     # A point farther away than the feature is large turns the feature of all to itself.
     away = np.abs(points[kept] - np.median(points[kept], axis=0)).argmax(axis=0)
-    return rows[np.unique([*np.argsort(less)[-_LIKELY:], *away])]
+    return np.asarray(rows[np.unique([*np.argsort(less)[-_LIKELY:], *away])])
