@@ -96,6 +96,7 @@ _TIP_WORDS = (
     "stylet", "punta", "stylusdia", "stylusdiameter", "stylusradius", "tipdia", "tipdiameter",
     "tipradius", "balldia", "balldiameter", "ballradius", "probedia", "probediameter",
     "proberadius", "tasterdurchmesser", "tasterradius", "kugeldurchmesser", "kugelradius",
+    "tooldia", "tooldiameter", "toolradius", "werkzeugradius", "werkzeugdurchmesser",
     "tool", "toolname", "toolid", "toolno", "toolnr", "toolnumber", "werkzeug", "werkzeugnr",
     "werkzeugnummer", "herramienta", "outil", "utensile",
 )  # fmt: skip
@@ -185,7 +186,7 @@ _BY_CELLS = {
         r"messen|rapide|lent|lento",
         re.IGNORECASE,
     ),
-    "frame": re.compile(r"G5[4-9](?:\.[1-9])?", re.IGNORECASE),
+    "frame": re.compile(r"G5[4-9](?:\.[1-9])?|G9[01]|G2[01]", re.IGNORECASE),
     "tip": re.compile(r"T\d+A-?\d+(?:\.\d+)?B-?\d+(?:\.\d+)?", re.IGNORECASE),
     "orientation": re.compile(r"A-?\d+(?:\.\d+)?[ _/]?B-?\d+(?:\.\d+)?", re.IGNORECASE),
 }

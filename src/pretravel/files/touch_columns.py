@@ -39,6 +39,11 @@ NO_UNIT = "unit"
 """Name of the unit of a table that is looked at and states none."""
 _MOVED = 1e-3
 """Angles of rotary axes that differ by less are equal. [deg]"""
+_DEVIATION = re.compile(
+    r"\W*(?:dev(?:iation)?s?|abw(?:eichung)?|[ée]cart|error|d[xyz]|delta ?[xyz]?|scost\w*|"
+    r"desv\w*)\b",
+    re.IGNORECASE,
+)
 _GROUPED = re.compile(r"[-+−]?[1-9]\d{0,2}(?:,\d{3})")
 """A comma that can group thousands as well as begin decimals."""
 
@@ -165,8 +170,20 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
             *conditions_not_read(text.before),
             *out_of_order(text, roles),
             *unknown_lines(text.among),
+            *_deviations_alone(text, roles),
         ),
     )
+
+
+def _deviations_alone(text: TextTable, roles: ColumnRoles) -> tuple[str, ...]:
+    """A sentence about deviations beside coordinates that can be the measured or the nominal."""
+    titles = [text.title(i) for i in _other_columns(text, roles)]
+    found = [title for title in titles if _DEVIATION.match(title)]
+    if not found or "nominal_x" in roles.index:
+        return ()
+    there = f"the table has deviations ({', '.join(found)}), which are not read, and no nominal"
+    taken = "x, y and z were taken as measured. If they are nominal, write the measured points"
+    return (f"{there} points: {taken}",)
 
 
 def _frame(text: TextTable, roles: ColumnRoles) -> str:

@@ -5,7 +5,15 @@ from __future__ import annotations
 import pytest
 
 from pretravel.base import InputError
-from pretravel.files import FileReadings, ReadingOptions, SourceFile, read_readings
+from pretravel.files import (
+    FilePositions,
+    FileReadings,
+    ReadingOptions,
+    SourceFile,
+    format_of,
+    look_at,
+    read_readings,
+)
 
 _DMIS = "FILNAM/'PLATE',05.2\nUNITS/MM,ANGDEC\n"
 _CMM = ReadingOptions(radius_taken_off=0.0)
@@ -79,3 +87,28 @@ def test_a_dimension_in_the_other_unit_is_named() -> None:
 def test_zeros_of_a_probe_that_did_not_trigger_are_a_miss_in_every_format() -> None:
     found = read_readings(_dmis("FA(P9)=FEAT/POINT,CART,0,0,0,0,0,1\n"), _CMM)
     assert (len(found.touches), found.missed) == (4, ("P9",))
+
+
+def _read(text: str, **options: str) -> FileReadings | FilePositions:
+    file = SourceFile("a.csv", text.encode())
+    return look_at(file, ReadingOptions(**options), format_of(file))[0]
+
+
+def test_a_message_of_grbl_that_speaks_of_another_tool_is_refused() -> None:
+    reports = "$13=0\n[PRB:1.0,2.0,-3.0:1]\n{}\n[PRB:2.0,2.0,-3.0:1]\n"
+    assert len(_read(reports.format("[MSG:Check door]")).positions) == 2
+    with pytest.raises(InputError, match=r"line 3: .*Tool change T2"):
+        _read(reports.format("[MSG:Tool change T2]"))
+
+
+def test_columns_of_tool_radii_and_of_relative_coordinates() -> None:
+    found = _read("X;Y;Z;Tool radius\n10;20;3;3\n11;20;3;2\n12;20;3;2\n", units="mm")
+    assert found.words["tip"] == ("3", "2", "2")
+    with pytest.raises(InputError, match="line 3: Mode changes"):
+        _read("X;Y;Z;Mode\n10;20;3;G90\n1;0;0;G91\n1;0;0;G91\n", units="mm")
+
+
+def test_deviations_without_nominal_points_are_named() -> None:
+    rows = "p1,10,20,0,0,0,1,0.011\np2,11,20,0,0,0,1,0.012\n"
+    told = " ".join(_read("Name,X,Y,Z,I,J,K,Dev\n" + rows, units="mm").notes())
+    assert "deviations (Dev), which are not read, and no nominal points" in told

@@ -28,6 +28,7 @@ from pretravel.files import (
 
 # Every class leaves out the bracket that begins: a line of beginnings alone is read once.
 _PROBE = re.compile(r"\[(?:PRB|Probe):([^\[\]:]*)(?::([^\[\]]*))?\]")
+_MESSAGE = re.compile(r"\[MSG:([^\[\]]*)\]", re.IGNORECASE)
 _PROBE_BEGINS = re.compile(r"\[(?:PRB|Probe):|<Probe,")
 _BOTH_POSITIONS = re.compile(
     r"<(\w+)[,|]MPos:([-\d.,]+)[,|]WPos:([-\d.]+,[-\d.]+,[-\d.]+)(?![-\d.])[^<>]*>"
@@ -222,6 +223,8 @@ class _GrblLog:
 
     def read_statement(self, line: str, number: int) -> None:
         """Read what a line states in addition to the reports: a tool, a work offset …."""
+        for message in _MESSAGE.findall(line):
+            self.stated.take(_STATEMENTS.of(";"), f"; {message}", number)
         known = _STATEMENTS.of(_sent(line))
         if known is not None and known[0].means == "frame" and self.anywhere:
             if known[0].words == _HOMING and self.positions:
