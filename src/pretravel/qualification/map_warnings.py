@@ -10,6 +10,7 @@ from pretravel.maps import (
     IMPLAUSIBLE_PRETRAVEL,
     Observation,
     PretravelMap,
+    QualificationSetup,
     Scatter,
     hidden_lobes,
     some_directions,
@@ -24,6 +25,9 @@ _TOLD = 0.2
 turned by half a step 0.67, of the same five azimuths on each ring 0.01."""
 FEWEST_TO_SEE_LOBES = 8
 """Directions below which the lobes of three rods are not seen."""
+_IN_A_PLANE = 0.01
+"""Share of the variance of heights that touches which follow a plane may leave; two heights that
+were chosen leave a fifth or more."""
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
 
@@ -170,6 +174,35 @@ def _lobes_look_like_fewer(directions: FloatArray) -> bool:
     # Of lobes of any azimuth half of the squares of both; of those that are seen least the least.
     least = float(np.linalg.eigvalsh(left.T @ left)[0])
     return least < _TOLD * 0.5 * float(np.sum(lobes**2))
+
+
+def inclined_ring_warnings(in_probe: FloatArray, setup: QualificationSetup) -> list[str]:
+    """Whether the touches of a ring follow a plane that is inclined to the axis of the probe.
+
+    A ring that is inclined by t has an oval section, whose mean diameter is wrong by a quarter of
+    the diameter times t².
+
+    Parameters
+    ----------
+    in_probe : (n, 3) float
+        Tip centres, probe frame. [mm]
+    setup : QualificationSetup
+    """
+    middle = in_probe - in_probe.mean(axis=0)
+    slope = np.linalg.lstsq(middle[:, :2], middle[:, 2], rcond=None)[0]
+    left = middle[:, 2] - middle[:, :2] @ slope
+    error = 0.25 * setup.diameter * float(slope @ slope)
+    plane = float(left @ left) < _IN_A_PLANE * float(middle[:, 2] @ middle[:, 2])
+    if not (setup.ring and plane and error > setup.u_reference_diameter):
+        return []
+    return [
+        (
+            "the touches lie in a plane that is inclined by "
+            f"{np.hypot(*slope) / DEGREE:.2f}°: if the ring lies so, its oval section makes the "
+            f"diameter wrong by about {error / MICROMETRE:.1f} µm, which U does not contain. Align "
+            "the ring, or give the probe's axis as that of the ring"
+        )
+    ]
 
 
 def height_warnings(u_height: float, pretravel_map: PretravelMap, *, ring: bool) -> list[str]:

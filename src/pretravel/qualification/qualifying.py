@@ -48,6 +48,7 @@ from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.map_warnings import (
     copy_warnings,
     height_warnings,
+    inclined_ring_warnings,
     map_warnings,
     repeat_warnings,
 )
@@ -296,7 +297,7 @@ def prepare(
         detail=detail,
         effects=effects,
         delay=delay,
-        warnings=(*notes, *effects.warnings),
+        warnings=(*notes, *effects.warnings, *inclined_ring_warnings(latched @ rotation, setup)),
         digests=touch_digests(latched[used]),
     )
 

@@ -162,3 +162,9 @@ class TestSlide:
         back = slide - made.tip_displacement(n)
         assert np.cross(back, a) == pytest.approx(np.zeros((3, 3)), abs=1e-12)
         assert np.linalg.norm(slide, axis=1).min() > 1e-4
+
+
+def test_a_nominal_surface_in_words_is_refused_by_name() -> None:
+    touches = Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])
+    with pytest.raises(PretravelError, match="read_part or parse_surface makes it"):
+        apply(touches, mean_map(0.005), nominal="plane:polar=0,azimuth=0")  # type: ignore[arg-type]

@@ -14,10 +14,12 @@ from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.map_warnings import (
     copy_warnings,
     height_warnings,
+    inclined_ring_warnings,
     map_warnings,
     repeat_warnings,
 )
@@ -205,3 +207,19 @@ def test_copies_among_repeats_are_found() -> None:
     assert copied_readings(np.round(touched, 5), np.repeat(np.arange(25), 3)) == 0
     inches = 0.00254 * np.round(touched / 0.00254)
     assert copied_readings(inches[twice], groups, 0.00254) == 0
+
+
+def test_a_ring_that_is_inclined_is_named() -> None:
+    """0.02 rad: an oval of 50 mm and 50 cos(0.02) = 49.990 mm; the mean is wrong by 5.0 µm."""
+    azimuth = np.arange(24) * 15.0 * DEGREE
+    across = 22.0 * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
+    ring = QualificationSetup(50.0, tip_diameter=6.0, ring=True)
+
+    def said(height: FloatArray, setup: QualificationSetup = ring) -> str:
+        return " ".join(inclined_ring_warnings(np.column_stack([across, height]), setup))
+
+    assert "by 1.15°: if the ring lies so" in said(0.02 * across[:, 0])
+    assert "by about 5.0 µm" in said(0.02 * across[:, 0])
+    assert said(0.002 * across[:, 0]) == ""
+    assert said(np.where(azimuth < np.pi, 0.0, 5.0)) == ""
+    assert said(0.02 * across[:, 0], replace(ring, ring=False)) == ""
