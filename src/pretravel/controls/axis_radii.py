@@ -1,4 +1,4 @@
-"""Effective radii of the axis directions, for probing screens that add or subtract one radius."""
+"""Radii of the axis directions, for probing screens that add or subtract one radius."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _PLANE_STEP = 15.0
 
 
 def axis_radii(pretravel_map: PretravelMap, travel: float = 0.0) -> dict[str, Any]:
-    """Effective radii along the axes and around them, in mm and inch.
+    """Tip radius less pretravel along the axes and around them, in mm and inch.
 
     Parameters
     ----------

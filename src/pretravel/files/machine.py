@@ -83,7 +83,7 @@ class Machine:
     travel_feed : float
         Feed of moves at the safe height; the positioning feed where not given. [mm/min]
     acceleration : float
-        Lowest acceleration of the axes, which states how far the tip travels after a contact.
+        Smallest acceleration of the axes, which gives how far the tip travels on after a contact.
         [mm/s²]
     safe_height : float
         Height of the tip's centre at which the tip may travel anywhere, work coordinates. [mm]

@@ -64,7 +64,7 @@ def map_grid(
 def effective_radius_table(
     pretravel_map: PretravelMap, travel: float = 0.0
 ) -> dict[str, npt.ArrayLike]:
-    """A map as effective radii over polar angle and azimuth, where it is supported.
+    """A map as tip radius less pretravel over polar angle and azimuth, where it is supported.
 
     Parameters
     ----------

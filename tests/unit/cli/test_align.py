@@ -94,6 +94,22 @@ def test_datums_and_what_they_do_not_determine(folder: Path) -> None:
     assert "shift along x; shift along y; turn about z" in warned
 
 
+def test_a_datum_without_a_motion_left_is_named_and_not_used(folder: Path) -> None:
+    call = ("align", TOUCHES, "--part", PART, "--map", folder / "map.json", "--datum", "A=3",
+            "--datum", "B=12,14")  # fmt: skip
+    plain = run(*call)
+    assert "21 of 79 touches" in plain
+    for outside in ((), ("--datum-association", "outside")):
+        text, warned = both_outputs(*call, "--datum", "C=1", *outside)
+        # A plane and two parallel bores fix all six motions.
+        assert "datum C has no motion left to fix" in warned
+        assert "21 of 79 touches" in text
+        assert outside or text.replace(", C=1", "") == plain
+    text, warned = both_outputs(*call[:-1], "B=2", "--datum", "C=1")
+    assert "no motion left" not in warned
+    assert "15 of 79 touches" in text
+
+
 def test_a_start_and_a_page(folder: Path) -> None:
     start = "212.3,-48.2,-210,0,0,33.5"
     run("align", TOUCHES, "--part", PART, "--tip-diameter", 6, "--start", start,

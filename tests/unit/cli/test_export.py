@@ -48,7 +48,7 @@ class TestExportCommand:
     def test_csv_of_effective_radii(self, tmp_path: Path, map_file: Path) -> None:
         text = run("export", map_file, "--to", "csv", "-o", tmp_path / "r.csv")
         assert " ".join(text.split()).endswith(
-            "r.csv: effective radii in the directions in which the map holds"
+            "r.csv: radii in the directions in which the map holds"
         )
         assert ":\n" not in text
         for row in rows(tmp_path / "r.csv")[:5]:

@@ -255,7 +255,7 @@ class TestControls:
     def test_radii_are_remarked_as_what_to_type(self) -> None:
         files = CONTROLS["radii"].files(WOZNIAK, ExportSettings(travel=0.004))
         typed = axis_radii(WOZNIAK, 0.004)["what_to_type"]
-        assert files.remarks == tuple(f"{screen}: {text}" for screen, text in typed.items())
+        assert files.remarks[1:] == tuple(f"{screen}: {text}" for screen, text in typed.items())
         assert '"format": "pretravel radii"' in files.texts[""]
 
     @pytest.mark.parametrize(

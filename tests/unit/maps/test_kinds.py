@@ -206,7 +206,9 @@ class TestAverages:
     def test_a_sector_without_touches_is_named(self) -> None:
         n = from_angles(0.5 * math.pi, np.delete(np.arange(12) * 30.0, [2, 9, 3]) * DEGREE)
         seen = Observation(15.49 * n, np.arange(9), np.zeros(3), 12.5, 3.0, ring=False)
-        with pytest.raises(PretravelError, match=r"falls into sector Y, 60°\. A sector"):
+        with pytest.raises(
+            PretravelError, match=r"falls into the sector Y, the sector at 60°\. A sector"
+        ):
             SectorsKind().fit(seen, NOTHING)
 
 

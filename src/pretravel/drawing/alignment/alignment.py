@@ -83,6 +83,8 @@ class Alignment:
     association : Association
         Of the used points; its m parameters are the amounts of `motions`.
     errors : FeatureErrors
+    idle_datums : tuple of str
+        Names of datums that have no motion left to fix; their touches are not used.
     """
 
     placement: Placement
@@ -96,6 +98,7 @@ class Alignment:
     undetermined: FloatArray
     association: Association
     errors: FeatureErrors
+    idle_datums: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return (

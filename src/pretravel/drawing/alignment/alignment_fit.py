@@ -150,9 +150,15 @@ def align(
         state = fit.solved(state.placement, nearest, taken & ~gross)
         gross = gross & (np.abs(state.distance) > _FORM)
         state = fit.solved(state.placement, nearest, taken & ~gross)
-    if any(datum.outside for datum in datums):
+    idle = state.idle
+    acting = tuple(datum for datum in datums if datum.name not in idle)
+    if idle and acting:  # the touches of the others move nothing, and do not count as used
+        fit = replace(fit, datums=acting)
+        state = fit.solved(state.placement, state.feet.face, taken & ~gross)
+    if any(datum.outside for datum in fit.datums):
         state = fit.outside(state)
-    return fit.alignment(state, gross, extrapolate=extrapolate)
+    found = fit.alignment(state, gross, extrapolate=extrapolate)
+    return replace(found, idle_datums=idle if acting else ())
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,6 +175,7 @@ class _State:
     motions: FloatArray  # (6, m) that are determined
     left: FloatArray  # (6, 6 - m) that are not
     response: FloatArray  # (6, n) of the motions, by the distances
+    idle: tuple[str, ...]  # datums that fix no motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,10 +207,8 @@ class _Fit:
         foot = placement.points(feet.local.point)
         about = foot[used].mean(axis=0)
         slopes = -np.column_stack([normals, np.cross(foot - about, normals)])
-        motions, left, response = self._response(slopes, foot[used] - about, feet.face, used)
-        return _State(
-            placement, feet, normals, distance, about, slopes, used, motions, left, response
-        )
+        *by_motion, idle = self._response(slopes, foot[used] - about, feet.face, used)
+        return _State(placement, feet, normals, distance, about, slopes, used, *by_motion, idle)
 
     def _on_datums(self, face: IntArray) -> BoolArray:
         if not self.datums:
@@ -217,22 +222,31 @@ class _Fit:
 
     def _response(
         self, slopes: FloatArray, arms: FloatArray, face: IntArray, used: BoolArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Motions that are determined, (6, m), and not, and their change by distances, (6, n)."""
+    ) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
+        """Motions that are determined, (6, m), and not, and their change by distances, (6, n).
+
+        Last the names of the datums that determine none of the motions that are left to them.
+        """
         lever = max(math.sqrt(float(np.mean(np.sum(arms**2, axis=1)))), 1e-3)
         scale = np.array([1.0, 1.0, 1.0, *(3 * [1.0 / lever])])
         left = np.eye(6)[:, self.moving]
-        response, found = np.zeros((6, len(face))), []
+        response, found, idle = np.zeros((6, len(face))), [], []
         stages = self.datums or (Datum("", tuple(range(len(self.part.faces)))),)
         for datum in stages:
             mine = used & np.isin(face, datum.faces)
-            if left.shape[1] == 0 or not mine.any():
+            if not mine.any():
+                continue
+            if left.shape[1] == 0:
+                idle.append(datum.name)
                 continue
             mean = slopes[mine] * scale
             sizes = _size_columns(self.part, face[mine]) if datum.name else mean[:, :0]
             columns = _without(sizes, mean @ left)
             u, size, v = np.linalg.svd(columns, full_matrices=len(columns) < left.shape[1])
             rank = int(np.sum(size > _DETERMINED * math.sqrt(len(columns))))
+            if rank == 0:
+                idle.append(datum.name)
+                continue
             taken = left @ v[:rank].T
             inverse = -(taken / size[:rank]) @ _without(sizes, u[:, :rank]).T
             # What the datums before it did has moved these faces too.
@@ -242,7 +256,8 @@ class _Fit:
             found.append(taken)
             left = left @ v[rank:].T
         motions = np.hstack(found) if found else np.zeros((6, 0))
-        return tuple(part * scale[:, None] for part in (motions, left, response))
+        motions, left, response = (part * scale[:, None] for part in (motions, left, response))
+        return motions, left, response, tuple(idle)
 
     def solved(self, start: Placement, face: IntArray | None, taken: BoolArray) -> _State:
         """The placement at which the used distances are least."""

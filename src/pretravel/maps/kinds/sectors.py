@@ -96,13 +96,14 @@ def _sector_values(observation: Observation, centred: FloatArray) -> FloatArray:
     share = SectorBasis().design(observation.directions[near])
     weight = share.sum(axis=0)
     if np.any(weight == 0.0):
-        empty = ", ".join(
-            f"{name}{'°' if name.isdigit() else ''}"
+        empty = [
+            f"the sector at {name}°" if name.isdigit() else f"the sector {name}"
             for name, w in zip(SECTOR_NAMES, weight, strict=True)
             if w == 0.0
-        )
+        ]
         raise PretravelError(
-            f"no touch near the equator (polar 60° or more) falls into sector {empty}. A sector "
-            "table needs touches at every 30° of azimuth; the kinds mean and harmonic need fewer"
+            f"no touch near the equator (polar 60° or more) falls into {', '.join(empty)}. A "
+            "sector table needs touches at every 30° of azimuth; the kinds mean and harmonic need "
+            "fewer"
         )
     return np.asarray(share.T @ centred[near] / weight)

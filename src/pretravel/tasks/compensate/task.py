@@ -125,11 +125,12 @@ class Compensate(
     feature: Annotated[
         Literal["bore", "boss", "sphere", "surface"] | None,
         Field(
-            help="Fit features of this kind and use their normals, even if the file gives normals. "
+            help="Use the normals of fitted features of this kind (surface: from neighbouring "
+            "touches), even if the file gives normals. "
             "Touches without normals in a bore, on a boss or a sphere need this. Labels that "
             "differ in the last "
-            "number only (bore1-1, bore1-2, …) are one feature. surface: normals from neighbouring "
-            "touches of a digitised surface, on the side of +z.",
+            "number only (bore1-1, bore1-2, …) are one feature. surface: a digitised surface; "
+            "the normals are on the side of +z.",
             label="Feature whose normals the touches have",
             words={"": "the touches give normals"},
             without=("nominal", SEVERAL_TIPS),

@@ -126,15 +126,16 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
 
 
 def _time_span(days: float) -> str:
-    """A time in words.
+    """A time in words, rounded up: it follows "within".
 
-    >>> _time_span(0.0002), _time_span(0.01), _time_span(0.2)
-    ('one minute', '14 minutes', '4.8 hours')
+    >>> _time_span(40 / 86400), _time_span(79 / 86400), _time_span(0.01), _time_span(0.2)
+    ('one minute', '2 minutes', '15 minutes', '5 hours')
     """
-    minutes = days * 24 * 60
-    if minutes < 1.5:
+    # A millisecond less: a whole number of minutes is no whole number of days in binary.
+    minutes = math.ceil(days * 24 * 60 - 1e-5)
+    if minutes <= 1:
         return "one minute"
-    return f"{minutes:.0f} minutes" if minutes < 90 else f"{days * 24:.2g} hours"
+    return f"{minutes} minutes" if minutes < 90 else f"{math.ceil(minutes / 60)} hours"
 
 
 def drift_verdict(drift: DriftOverTime) -> str:
@@ -272,7 +273,8 @@ _MEANING = {
     "size": "of the mean pretravel; ",
     "amplitude": "of the map's variation over the directions; ",
     "turn": "of the map about the probe axis; ",
-    "form": "of the remaining differences from the map, beyond the noise; ",
+    "form": "of the remaining differences from the map, less those expected from noise "
+    "(negative: less than expected); ",
 }
 
 

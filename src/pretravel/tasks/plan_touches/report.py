@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.maps import PART_OF_CENTRE_IN_U
 from pretravel.qualification import TouchPlan
 from pretravel.show import (
     Column,
@@ -80,8 +81,8 @@ def _of_update(plan: TouchPlan) -> str:
     if not plan.prior.from_center:
         return shown
     return (
-        f"{shown}. This u contains the error of the centre, the others do not: an error of the "
-        "centre shifts all points alike and cancels in distances"
+        f"{shown}. Of the error of the centre, which shifts all points alike and cancels in "
+        f"distances, this u contains only {PART_OF_CENTRE_IN_U}; the others contain nothing of it"
     )
 
 

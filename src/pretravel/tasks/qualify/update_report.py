@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.maps import PART_OF_CENTRE_IN_U
 from pretravel.qualification import FoundDrift, MapUpdate, drifted_map
 from pretravel.show import (
     Axis,
@@ -112,8 +113,8 @@ def _of_centers(result: MapUpdate) -> str:
         for one in (result.pretravel_map, result.prior_map)
     )
     return (
-        "; both contain the error of the centre, which shifts all points alike; without this error "
-        f"{new} and {old} µm"
+        f"; of the error of the centre, both contain only {PART_OF_CENTRE_IN_U} (more with few "
+        f"touches); without this part {new} and {old} µm"
     )
 
 

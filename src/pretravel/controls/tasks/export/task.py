@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pretravel.maps import PretravelMap
 
 _RADII_TABLE = "csv"
-"""A table of effective radii, which no control reads directly."""
+"""A table of the radii in all directions, which no control reads directly."""
 _TABLES = ("radii", _RADII_TABLE)
 """Exports to read, not for a control."""
 
@@ -39,7 +39,7 @@ def _labels() -> dict[str, str]:
     from pretravel.controls.exports import CONTROLS
 
     labels = {name: control.label for name, control in CONTROLS.usable().items()}
-    return {"": "Choose …", **labels, _RADII_TABLE: "Other: table of effective radii"}
+    return {"": "Choose …", **labels, _RADII_TABLE: "Other: table of the radius in each direction"}
 
 
 def _control_help() -> str:
@@ -51,7 +51,7 @@ def _control_help() -> str:
     controls = ", ".join(name for name in control_names() if name not in _TABLES)
     return (
         f"A control ({controls}) or a table ({', '.join(_TABLES)}): {listed}; {_RADII_TABLE}, "
-        "table of effective radii."
+        "table of the radius in each direction."
     )
 
 
@@ -71,7 +71,7 @@ def steps_at_control(to: str, files: ExportedFiles) -> tuple[str, ...]:
     from pretravel.controls.exports import CONTROLS
 
     if to == _RADII_TABLE:
-        return ("The table has the effective radius for each direction, in mm.",)
+        return ("The table has the radius for each direction (tip radius minus pretravel), in mm.",)
     return CONTROLS[to].steps(files.texts)
 
 
@@ -357,7 +357,7 @@ class Export(Task):
             files = control.files(pretravel_map, self._settings(pretravel_map))
         else:
             table = effective_radius_table(pretravel_map, table_travel(pretravel_map, self.feed))
-            remark = "effective radii in the directions in which the map holds"
+            remark = "radii in the directions in which the map holds"
             files = ExportedFiles({"": csv_table_text(table)}, remarks=(remark,))
         without = () if pretravel_map.machine is None else (_WITHOUT_MACHINE,)
         return ExportedMap(self, files, _statement(self, files), (*files.warnings, *without))

@@ -119,7 +119,7 @@ def _motions_table(alignment: Alignment) -> Table:
             ),
             Column.of("unit of U", ["µm"] * 3 + ["°"] * 3),
         ),
-        title="Placement of the part in the machine",
+        title="Placement of the part in the machine (at the origin, U of a shift is larger)",
         explanation="Shifts of the part's origin along the machine's axes, and rotations about "
         "these axes. U: k = 2, more where few touches show the form of the faces. U of a shift is "
         "that of the middle of the touches, where it is smallest; at the origin it also contains U "
@@ -179,7 +179,11 @@ def _worst_table(alignment: Alignment) -> Table:
 
 
 def _warnings(alignment: Alignment) -> list[str]:
-    found = []
+    found = [
+        f"datum {name} has no motion left to fix: the datums before it fix all that its faces can. "
+        "Its touches are not used"
+        for name in alignment.idle_datums
+    ]
     words = alignment.undetermined_motions
     if words:
         found.append(

@@ -266,7 +266,12 @@ def _round(inspected: InspectedFeature) -> PolarChart:
         marks.append(Dots(angle, values, name, colour, size=3.5, labels=labels))
     return PolarChart(
         f"{feature.label or feature.kind}: deviation, seen along its axis",
-        Axis("deviation from its own fit", "µm", low - 0.9 * span, high + 0.1 * span),
+        Axis(
+            "deviation from the fit to the compensated points",
+            "µm",
+            low - 0.9 * span,
+            high + 0.1 * span,
+        ),
         tuple(marks),
         "",
         directions=(_axis_name(first), _axis_name(second)),
