@@ -176,7 +176,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
 
 
 def _deviations_alone(text: TextTable, roles: ColumnRoles) -> tuple[str, ...]:
-    """A sentence about deviations beside coordinates that can be the measured or the nominal."""
+    """A sentence about deviations in a table whose coordinates can be measured or nominal."""
     titles = [text.title(i) for i in _other_columns(text, roles)]
     found = [title for title in titles if _DEVIATION.match(title)]
     if not found or "nominal_x" in roles.index:

@@ -178,18 +178,9 @@ def _worst_table(alignment: Alignment) -> Table:
     )
 
 
-def _warnings(alignment: Alignment) -> list[str]:
-    found = [
-        f"datum {name} has no motion left to fix: the datums before it fix all that its faces can. "
-        "Its touches are not used"
-        for name in alignment.idle_datums
-    ]
-    words = alignment.undetermined_motions
-    if words:
-        found.append(
-            f"the touches do not determine: {'; '.join(words)} (in the frame of the part). These "
-            "motions stay as they were at the start; touch a face that fixes them"
-        )
+def _touches_to_look_at(alignment: Alignment) -> list[str]:
+    """Gross ones, those beyond an edge, and those that no other touch checks."""
+    found = []
     rows = np.flatnonzero(alignment.gross)
     if len(rows):
         named = ", ".join(
@@ -219,6 +210,22 @@ def _warnings(alignment: Alignment) -> list[str]:
             "and a gross error, or a touch on another face, would not be seen. Touch again close "
             "to it"
         )
+    return found
+
+
+def _warnings(alignment: Alignment) -> list[str]:
+    found = [
+        f"datum {name} has no motion left to fix: the datums before it fix all that its faces can. "
+        "Its touches are not used"
+        for name in alignment.idle_datums
+    ]
+    words = alignment.undetermined_motions
+    if words:
+        found.append(
+            f"the touches do not determine: {'; '.join(words)} (in the frame of the part). These "
+            "motions stay as they were at the start; touch a face that fixes them"
+        )
+    found += _touches_to_look_at(alignment)
     if alignment.association.dof < 1:
         found.append(
             "as many touches as motions: nothing checks the placement, and u contains a usual form "
