@@ -52,7 +52,7 @@ def test_the_first_path_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.Mo
     printed = [run(*words[1:]) for words in FIRST_PATH]
     assert all(len(text.splitlines()) <= 12 for text in printed)
     assert "2 of 2 within the tolerance" in printed[2]
-    assert "eight radii" in printed[3]
+    assert "sector table" in printed[3]
     assert {path.name for path in tmp_path.glob("*.png")} == {"map.png", "bores.png", "compare.png"}
 
 

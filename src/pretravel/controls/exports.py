@@ -59,7 +59,7 @@ def correction_on_control(
     if form is None:
         raise PretravelError(
             f"the files for {to} contain radii, not a map. The errors that the radii leave are in "
-            "the rows 'two axis radii' and 'eight radii'",
+            "the rows 'two axis radii' and 'sector table'",
             inputs=("for",),
         )
 

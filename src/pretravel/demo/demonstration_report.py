@@ -56,8 +56,10 @@ _SPHERE_TEXT = (
         "Fitted: errors at the single touches on the sphere that the map was made from. Left out: "
         "errors at single touches in directions that were left out of the fit, a fifth of the "
         "directions at a time. "
-        "Sector table: ten radii, two for normals near X and Y and eight at angles between them. "
-        "Its fit needs touches in all sectors: there are too few on the sphere to leave any out. "
+        "Sector table: ten radii, two for normals near X and Y and eight at angles between them, "
+        "here fitted to all touches near the equator; in the section on simpler corrections it is "
+        "touched at its angles, or made from the map. Its fit needs touches in all sectors: there "
+        "are too few on the sphere to leave any out. "
         "One radius for all: the map of the kind mean, fitted to all touches on the sphere."
     ),
     (
@@ -87,6 +89,10 @@ _RING_TEXT = (
 )
 _HOW_MANY = ("none is", "one is", "both are")
 """Of two bores."""
+_KIND_TEXT = (
+    "The kind of map was given here. Without a given kind, cross-validation chooses the same kind, "
+    "because it gets practically all the weight in the average of the kinds."
+)
 _PART_TEXT = (
     "The spread after compensation is much larger than U of a point: it is that of the part, whose "
     "form and place compensation leaves as they are."
@@ -162,8 +168,8 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
             KeyFigure("curved part", "largest error "
                       f"{value_text(left['mean radius', 'part'], 'µm')} with one radius (mean "
                       "around the equator), "
-                      f"{value_text(left['eight sectors', 'part'], 'µm')} with eight radii, as "
-                      "touched; with the map U of a point is at most "
+                      f"{value_text(left['eight sectors', 'part'], 'µm')} with a sector table (ten "
+                      "radii); with the map U of a point is at most "
                       f"{value_text(2.0 * u_part, 'µm')}"),
             KeyFigure("a real probe", "Centroid KP-3, in a ring gauge: rms error "
                       f"{value_text(ring['mean'], 'µm')} with one radius, "
@@ -223,9 +229,7 @@ def demonstration_document(
         verdict=_verdict(job),
         tables=(_bores_table(job),),
         sections=(
-            qualification_document(job.qualification).as_section(
-                "The probe, qualified on the sphere"
-            ),
+            _probe_section(job),
             features_document(job.bores).as_section("Two bores"),
             _part_section(job),
             Section(
@@ -242,6 +246,13 @@ def demonstration_document(
         ),
         pictures=tuple(pictures),
     )
+
+
+def _probe_section(job: MainJob) -> Section:
+    section = qualification_document(job.qualification).as_section(
+        "The probe, qualified on the sphere"
+    )
+    return replace(section, paragraphs=(*section.paragraphs, _KIND_TEXT))
 
 
 def _part_section(job: MainJob) -> Section:

@@ -42,7 +42,7 @@ def lobes_sentence(comparison: Comparison) -> str:
         else ""
     )
     return (
-        "On vertical walls, where eight radii in the control leave up to "
+        "On vertical walls, where a sector table in the control leaves up to "
         f"{_micrometres(left['eight sectors'])}{beyond}"
     )
 

@@ -44,8 +44,8 @@ _COLOURS: dict[str, Colour] = {
 _SHOWN = {
     UNCORRECTED: "tip radius alone",
     "mean radius": "one radius, mean around the equator",
-    "eight sectors": "eight radii, as touched",
-    "eight sectors, resampled": "eight radii, made from the map",
+    "eight sectors": "sector table, touched at its angles",
+    "eight sectors, resampled": "sector table, made from the map",
     "Woźniak": "Woźniak's constant",
 }
 """Names for readers; those of files and of Python stay."""
@@ -133,9 +133,9 @@ def _errors_table(result: Comparison) -> Table:
         "prediction). The radii of a control hold in one plane, its tool length along the "
         "axis; between plane and axis the control combines radius and length. Two axis radii: "
         "one for touches along X, one for touches along Y. Four directions: the radius "
-        "touched at +X, +Y, -X or -Y, each for all normals within 45° of it. Eight radii: a "
-        "vector table with radii at 30, 60, 120, 150, 210, 240, 300 and 330°, and with the two "
-        "axis radii for normals near X and Y (ten numbers in all); touched at these angles, or "
+        "touched at +X, +Y, -X or -Y, each for all normals within 45° of it. Sector "
+        "table: ten radii, eight at 30, 60, 120, 150, 210, 240, 300 and 330°, and the two "
+        "axis radii for normals near X and Y; from touches at these angles, or "
         "made from the map so that the largest error is smallest. Woźniak's constant: a formula "
         "with one constant for the triangle of the probe.",
     )
