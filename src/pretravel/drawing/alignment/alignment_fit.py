@@ -207,8 +207,10 @@ class _Fit:
         foot = placement.points(feet.local.point)
         about = foot[used].mean(axis=0)
         slopes = -np.column_stack([normals, np.cross(foot - about, normals)])
-        *by_motion, idle = self._response(slopes, foot[used] - about, feet.face, used)
-        return _State(placement, feet, normals, distance, about, slopes, used, *by_motion, idle)
+        motions, left, response, idle = self._response(slopes, foot[used] - about, feet.face, used)
+        return _State(
+            placement, feet, normals, distance, about, slopes, used, motions, left, response, idle
+        )
 
     def _on_datums(self, face: IntArray) -> BoolArray:
         if not self.datums:

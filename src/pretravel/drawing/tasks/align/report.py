@@ -81,7 +81,7 @@ def alignment_document(
                 ),
             ),
         ),
-        warnings=(*warnings, *_warnings(alignment)),
+        warnings=(*warnings, *_of_idle_datums(alignment), *_warnings(alignment)),
         notes=(_NOT_IN_U, *((_rests_on(alignment),) if outside else ())),
     )
 
@@ -178,12 +178,16 @@ def _worst_table(alignment: Alignment) -> Table:
     )
 
 
-def _warnings(alignment: Alignment) -> list[str]:
-    found = [
+def _of_idle_datums(alignment: Alignment) -> list[str]:
+    return [
         f"datum {name} has no motion left to fix: the datums before it fix all that its faces can. "
         "Its touches are not used"
         for name in alignment.idle_datums
     ]
+
+
+def _warnings(alignment: Alignment) -> list[str]:
+    found = []
     words = alignment.undetermined_motions
     if words:
         found.append(
