@@ -53,6 +53,23 @@ def test_an_updated_physical_map_goes_to_a_control_as_a_table(tmp_path: Path) ->
     assert list((tmp_path / "macros").glob("*.ngc"))
 
 
+def test_reports_agree_on_what_u_contains_of_the_centre(tmp_path: Path) -> None:
+    old = example_map("physical")
+    write_map(tmp_path / "old.json", old)
+    normals = fibonacci_cap(9)
+    noisy = old.pretravel(normals) + np.random.default_rng(3).normal(0.0, 0.3e-3, 9)
+    write_touches(tmp_path / "few.csv", sphere_touches(noisy, normals))
+    given = ("--map", tmp_path / "old.json", "--count", 7, "-o", tmp_path / "targets.csv")
+    reports = [
+        run("plan-touches", *given, "--verbose"),
+        run("qualify", tmp_path / "few.csv", "--diameter", 25, "--prior", tmp_path / "old.json",
+            "-o", tmp_path / "new.json"),
+        old.provenance.gauge,
+    ]  # fmt: skip
+    for report in reports:
+        assert "only the part from the scatter of the touches" in " ".join(report.split())
+
+
 def test_another_tip_and_too_few_touches_are_refused(tmp_path: Path) -> None:
     old = example_map("harmonic")
     write_map(tmp_path / "old.json", old)
