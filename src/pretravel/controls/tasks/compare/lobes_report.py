@@ -42,7 +42,7 @@ def lobes_sentence(comparison: Comparison) -> str:
         else ""
     )
     return (
-        "On vertical walls, where a sector table in the control leaves up to "
+        "These figures are for vertical walls. There a sector table in the control leaves up to "
         f"{_micrometres(left['eight sectors'])}{beyond}"
     )
 
