@@ -163,6 +163,11 @@ class ReadingOptions:
         if self.offset is not None:
             checked_values(self.offset, "the offset", COORDINATE)
 
+    @property
+    def completes_files(self) -> bool:
+        """Whether a log can be read with this: always; its reader names what is missing."""
+        return True
+
 
 @dataclass(frozen=True, eq=False)
 class FileReadings:

@@ -56,6 +56,11 @@ class FeatureTolerances:
             )
         check_numbers(self, position=DISTANCE, form=DISTANCE, probability=PROBABILITY)
 
+    @property
+    def any_stated(self) -> bool:
+        """Whether there is a tolerance at all."""
+        return not (self.size is None and self.position is None and self.form is None)
+
 
 @dataclass(frozen=True, eq=False)
 class InspectedFeature:

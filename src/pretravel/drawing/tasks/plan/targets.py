@@ -62,7 +62,7 @@ class PlanTargets(Reported):
     surface: Annotated[
         str,
         Field(
-            help="Surface: part.step#face, part.step for all faces, sphere:…, convex and others",
+            help="Surface: part.step#face, part.step for all faces, sphere:…, convex …",
             positional=True,
             reads=surface_files,
             word=is_shape,
