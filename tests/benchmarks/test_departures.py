@@ -55,7 +55,6 @@ def test_the_physics_is_apart_from_that_of_the_package() -> None:
                 used.add((path.name, node.module))
     assert used == {
         ("evaluation.py", "pretravel"),
-        ("evaluation.py", "pretravel.measurement.compensation"),
         ("evaluation.py", "pretravel.measurement.points_summary"),
         ("evaluation.py", "pretravel.qualification.prior_update"),
         ("evaluation.py", "pretravel.qualification.touch_plan"),

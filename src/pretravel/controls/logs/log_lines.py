@@ -20,9 +20,12 @@ from pretravel.files import (
 )
 
 _WORD = re.compile(
-    r"([A-Z])\s*[:=]?\s*([-+]?\s*(?:\d+(?:\.\d*)?|\.\d+))(?![\d.eE]|,\d)[,;*]?", re.IGNORECASE
+    r"([A-Z])\s*+[:=]?+\s*+([-+]?+\s*+(?:\d++(?:\.\d*+)?+|\.\d++))(?![\d.eE]|,\d)[,;*]?",
+    re.IGNORECASE,
 )
-"""A letter and its number; controls put blanks in the place of zeros, also after the sign."""
+"""A letter and its number; controls put blanks in the place of zeros, also after the sign.
+
+Nothing of it is tried twice (`+` after a quantifier): long lines take linear time."""
 _TABLE = (
     RowStatement("tool: `T` number", r"(?:M0?6\s*)?T(\d+)\b.*", "tip", "carried", "T2"),
     RowStatement(
@@ -46,7 +49,7 @@ _X_FIRST, _THEN_Y, _THEN_Z = (
         "Z",
     )
 )
-_IN_ANY_ORDER = re.compile(rf"(?:{_WORD.pattern}\s*){{3}}", re.IGNORECASE)
+_IN_ANY_ORDER = re.compile(rf"(?:{_WORD.pattern}\s*+){{3}}", re.IGNORECASE)
 _LABEL = re.compile(
     r"(?:N\s*(?P<number>\d+)\s*|(?P<name>(?!N\s|[GMTSFXYZ]\s*[-+.\d])[A-Z]\w*(?:\s+\d+)?)[:,]?\s+)"
     r"(?=X\s*[:=]?\s*[-+.\d])",
@@ -58,7 +61,8 @@ _NUMBERED = re.compile(r"#\d+\s*:\s*")
 _TITLE = re.compile(r"[^\W\d_]{3,}[^\d=#\[\]/]*")
 """A line of words above the first position: it has no number."""
 _UNIT_LINE = re.compile(
-    r"\W*(?:units?|einheit(?:en)?)?\W*\b(mm|inch|inches|metric|imperial|zoll)\b\W*", re.IGNORECASE
+    r"\W*+(?:(?:units?|einheit(?:en)?)\W*+)?+\b(mm|inch|inches|metric|imperial|zoll)\b\W*+",
+    re.IGNORECASE,
 )
 """A line that gives the unit alone."""
 _UNIT_WORD = re.compile(r"\b(?:mm|inch|inches|metric|imperial|zoll)\b", re.IGNORECASE)
