@@ -104,6 +104,7 @@ def _first_page(command: Sequence[str], port: int, folder: Path) -> tuple[float,
         **dict.fromkeys(("XDG_CACHE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME"), str(folder)),
         "PYTHONDONTWRITEBYTECODE": "",
     }
+    environment.pop("PYTEST_CURRENT_TEST", None)  # NiceGUI behaves otherwise under pytest
     said = folder / "said.txt"
     opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
     with said.open("wb") as stream:

@@ -6,10 +6,11 @@ own. The file is made in pieces, and the results are compared in pieces.
 
 from __future__ import annotations
 
+import csv
 import math
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -69,14 +70,14 @@ def write_table(count: int, table: Path) -> None:
             rows.write_table(pa.table(dict(zip(_COLUMNS, piece.T, strict=True))))
 
 
-def _some(table: Path, count: int) -> tuple[list[str], np.ndarray]:
-    """Header and some rows of a CSV file, read line by line, with the number of its rows."""
+def _some(table: Path, count: int, columns: Sequence[str]) -> np.ndarray:
+    """These columns of some rows of a CSV file, read line by line, with the number of its rows."""
     apart = max(count // _LOOKED_AT, 1)
-    with table.open(encoding="utf-8") as lines:
-        header = next(lines).strip().replace('"', "").split(",")
-        kept = [line for k, line in enumerate(lines) if k % apart == 0]
-    rows = [line.strip().replace('"', "").split(",") for line in kept]
-    return header, np.array([[float(v) for v in row[-len(header) :]] for row in rows])
+    with table.open(encoding="utf-8", newline="") as lines:
+        rows = csv.DictReader(
+            line for k, line in enumerate(lines) if k == 0 or (k - 1) % apart == 0
+        )
+        return np.array([[float(row[name]) for name in columns] for row in rows])
 
 
 def _rows_of(table: Path) -> int:
@@ -87,13 +88,12 @@ def _rows_of(table: Path) -> int:
 def compare_points(touches: Path, points: Path, made: Path, count: int) -> None:
     """Whether the points are those of `apply`, in the order of the touches."""
     assert _rows_of(points) == count, f"{_rows_of(points)} points of {count} touches"
-    _, given = _some(touches, count)
-    header, found = _some(points, count)
+    given = _some(touches, count, _COLUMNS)
+    found = _some(points, count, _COLUMNS[:3])
     n = given[:, 3:] / np.linalg.norm(given[:, 3:], axis=1, keepdims=True)
     expected = apply(Touches(given[:, :3], n), read_map(made), extrapolate=True)
-    at = [header.index(name) for name in _COLUMNS[:3]]
     # Files are written with at least 1e-7 mm.
-    assert np.allclose(found[:, at], expected.positions, rtol=0.0, atol=2e-7)
+    assert np.allclose(found, expected.positions, rtol=0.0, atol=2e-7)
 
 
 def _note(ours: Spent, theirs: Spent) -> str:
