@@ -133,6 +133,7 @@ def test_values_of_a_set_that_go_together_count_once() -> None:
     np.testing.assert_allclose(many.interval, one.interval, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_the_picture_has_the_share_not_the_middle_of_its_interval() -> None:
     """Of 20 bores within U the share is 100 %, at the upper end of its interval."""
     found = _checked(ActingErrors(0.0), sets=20)

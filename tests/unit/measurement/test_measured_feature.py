@@ -320,6 +320,7 @@ def _refused_points() -> dict[str, tuple[FloatArray, FloatArray, str, dict[str, 
         "one height": (noisy, -many, "cylinder", {}, r"as a circle|in one circle"),
         "normals along": (ring, along, "bore", {}, "lies along the surface of the bore"),
         "unknown": (ring, outward, "thread", {}, "'thread' is not a feature"),
+        "two coordinates": (ring, -outward, "bore", {"at": [0, 0]}, r"needs x, y, z; .*\(2,\)"),
         **{
             f"u of {u}": (ring, -outward, "bore", {"u_machine": u}, machine)
             for u in (np.nan, np.inf, -1e-3)

@@ -117,7 +117,7 @@ def _fitted(noise: float) -> PhysicalMapFit:
 class TestScatter:
     """The standard deviation of a touch that a fit states."""
 
-    @pytest.mark.parametrize("noise", [0.05e-3, 1.5e-3])
+    @pytest.mark.parametrize("noise", [0.05e-3, pytest.param(1.5e-3, marks=pytest.mark.slow)])
     def test_without_repeats_the_residuals_tell_it(self, noise: float) -> None:
         """At least centre and azimuth, 4 numbers, follow from the touches alone; at most all 21
         unknowns. A deviation with 39 degrees of freedom has a standard uncertainty of 11 %: a third

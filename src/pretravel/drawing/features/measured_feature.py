@@ -381,7 +381,11 @@ def measure_feature(
     what = "the standard uncertainty by the machine"
     checked(u_machine, what, UNCERTAINTY, inputs=("u_machine",))
     if at is not None:
-        checked_values(at, "the nominal position", COORDINATE)
+        nominal = checked_values(at, "the nominal position", COORDINATE)
+        if nominal.shape != (3,):
+            raise PretravelError(
+                f"the nominal position needs x, y, z; its shape is {nominal.shape}", inputs=("at",)
+            )
     plain = not np.isfinite(points.normals).any()
     if kind in ("line", "plane") and not plain and (axis is None or association == TANGENT):
         axis = _unless_zero(np.asarray(points.normals.mean(axis=0)))
