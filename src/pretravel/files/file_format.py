@@ -472,6 +472,11 @@ class FileFormat:
     columns: tuple[RowStatement, ...] = ()
     other_lines: str = ""
 
+    @property
+    def marks_no_misses(self) -> bool:
+        """Whether it is of software that subtracts the radius: CMMs, which fill misses with 0."""
+        return "radius_taken_off" in self.takes
+
     def refuse_unused(self, file: SourceFile, options: ReadingOptions) -> None:
         """Refuse what is stated of a file and its reader does not use.
 

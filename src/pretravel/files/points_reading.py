@@ -218,7 +218,7 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
         )
         told = (*told, together)
         found = replace(found, words={k: v for k, v in found.words.items() if k != "tip"})
-    (found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1)))).refuse_several()
+    found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1))).refuse_several()
     _refuse_tip_centres(file, found, options)
     count = len(found.positions)
     points = Points.plain(found.positions, labels_or_numbers(found.labels, count))

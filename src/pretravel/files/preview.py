@@ -54,7 +54,7 @@ def look_at(
         raise without_touches(file, known)
     if options.plan is not None:
         return read_readings(file, options, file_format=known.name), True
-    found = named_misses(known.parse(file, looking), unmarked="radius_taken_off" in known.takes)
+    found = named_misses(known.parse(file, looking), unmarked=known.marks_no_misses)
     return _with_normal(with_passes(found), options), True
 
 

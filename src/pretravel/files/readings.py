@@ -79,7 +79,7 @@ def read_readings(
     known.refuse_unused(file, options)
     found = known.parse(file, options)
     asks = options.double_touches is None and not options.series
-    named = named_misses(found, unmarked="radius_taken_off" in known.takes)
+    named = named_misses(found, unmarked=known.marks_no_misses)
     found = chosen(with_passes(named, asks=asks), options)
     if options.double_touches == "last":
         found = without_passes(without_searches(found))

@@ -197,7 +197,7 @@ def columns_of_readings(
         for key in dict.fromkeys(keys):
             of_key = [k for k, word in enumerate(keys) if word == key]
             read = [k for k in of_key if _is_reading(columns[i][k])]
-            missed += [text.lines[k] for k in of_key if k not in read]
+            missed += [text.lines[k] for k in of_key if not _is_reading(columns[i][k])]
             column = text.title(i) if len(values) > 1 else ""
             heights = scale * np.array(
                 [file.numbers([_plain(columns[i][k])], text.lines[k])[0] for k in read]
@@ -281,10 +281,8 @@ def _is_reading(cell: str) -> bool:
 
 def _are_numbers(cells: Sequence[str]) -> bool:
     """Whether cells are numbers, but for those of readings that failed."""
-    numbers = [cell for cell in cells if _NUMBER.fullmatch(cell.replace("−", "-"))]
-    return 2 * len(numbers) > len(cells) and all(
-        _MISSED.fullmatch(cell) for cell in cells if not _NUMBER.fullmatch(cell.replace("−", "-"))
-    )
+    failed = [cell for cell in cells if not _is_reading(cell)]
+    return 2 * len(failed) < len(cells) and all(map(_MISSED.fullmatch, failed))
 
 
 def _are_groups(cells: Sequence[str]) -> bool:

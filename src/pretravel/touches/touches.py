@@ -536,7 +536,7 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
         Parameters
         ----------
         but : collection of str
-            Columns in which several are meant, such as ``tip``.
+            Columns whose values may differ, such as ``tip``.
         one_reference : bool
             Whether the touches must also be on one reference.
 

@@ -322,7 +322,8 @@ def statements(lines: list[str]) -> list[tuple[int, str]]:
         line = text.strip()
         if line.startswith("$$"):
             statements.append((number, line))
-        if not line or line.startswith("$$"):
+            continue
+        if not line:
             continue
         first, before = begun or (number, "")
         whole = before + line
