@@ -171,7 +171,8 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
                       f"{value_text(left['eight sectors', 'part'], 'µm')} with a sector table (ten "
                       "radii); with the map U of a point is at most "
                       f"{value_text(2.0 * u_part, 'µm')}"),
-            KeyFigure("a real probe", "Centroid KP-3, in a ring gauge: rms error "
+            KeyFigure("a real probe", "Centroid KP-3, in a ring gauge: rms error in "
+                      "directions that were not fitted "
                       f"{value_text(ring['mean'], 'µm')} with one radius, "
                       f"{value_text(ring[BEST], 'µm')} with the map"),
         ),

@@ -1,4 +1,4 @@
-"""Reversal: the same touches at 0° and 180° of the spindle; what their mean is rid of.
+"""Reversal: the same touches at 0° and 180° of the spindle; what averaging removes.
 
 The probe turns with the spindle. With the tip off the spindle's axis by e, and a pretravel
 d(n) that is fixed to the probe, a touch along -n on a wall reads ``s + r - d(n) - n·e`` at 0° and
@@ -80,7 +80,7 @@ class ReversedPairs:
 
     @property
     def removed(self) -> float:
-        """Root mean square of what the means are rid of. [mm]"""
+        """Root mean square of what averaging removes. [mm]"""
         return float(np.sqrt(np.mean(self.half_differences**2)))
 
 

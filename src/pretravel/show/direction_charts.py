@@ -118,7 +118,7 @@ def azimuth_axis(frame: str = "probe") -> Axis:
     >>> azimuth_axis("machine").text
     'azimuth (0° = +X, 90° = +Y of the machine) / °'
     """
-    ticks = tuple(float(tick) for tick in range(0, 361, 45))
+    ticks = tuple(float(tick) for tick in range(0, 361, 60))  # 45 is too dense in a narrow chart
     return Axis(f"azimuth (0° = +X, 90° = +Y of the {frame})", "°", -5.0, 365.0, ticks=ticks)
 
 

@@ -156,6 +156,6 @@ def _view(found: ReversedPairs) -> View:
 
     azimuth = azimuth_angle(found.means.normals) / DEGREE
     dots = Dots(azimuth, found.half_differences / MICROMETRE, "half of the difference", "series1")
-    chart = PlaneChart("What the means are rid of", azimuth_axis(),
+    chart = PlaneChart("Removed by averaging both orientations", azimuth_axis(),
                        Axis("half of the difference", "µm"), (Rule(0.0), dots))  # fmt: skip
     return View("Touches at two orientations of the spindle", (chart,))
