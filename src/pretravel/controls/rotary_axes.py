@@ -290,7 +290,7 @@ def _model(centers: FloatArray, turns: FloatArray, axis: int) -> tuple[_Model, F
         )
     if max(abs(values[2]), abs(values[3])) > _FARTHEST:
         raise PretravelError(
-            f"the axis is inclined by {np.max(np.abs(values[2:4])) / DEGREE:.0f} degrees to "
+            f"the axis is inclined by {np.arctan(np.hypot(*values[2:4])) / DEGREE:.0f} degrees to "
             f"{'xyz'[axis]} of the machine: are letter and angles those of these touches?",
             inputs=("letter", "angles"),
         )

@@ -78,6 +78,12 @@ def test_an_exact_axis_is_found(letter: str, sense: int) -> None:
         assert np.max(np.abs(found.residuals)) < 1e-9
 
 
+def test_another_axis_is_refused_with_its_inclination(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(globals(), "SLOPES", (np.tan(20.0 * DEGREE), 0.0))
+    with pytest.raises(PretravelError, match="inclined by 20 degrees to z"):
+        rotary_axis(touched("C", TURNS), TURNS.tolist(), "C")
+
+
 @pytest.mark.parametrize(
     ("sets", "noise", "wander"),
     [(20, 5e-4, 1e-3), pytest.param(200, 5e-4, 5e-4, marks=pytest.mark.slow)],
