@@ -94,8 +94,8 @@ class ReversedTouches(Result):
                 KeyFigure("tip offset", tuple((found.runout / MICROMETRE).tolist()), "µm",
                           decimals(2), u=(u, u), u_digits=two, coverage_factor=k,
                           remark="from the axis of the spindle, along x and y with the spindle at "
-                          f"0°; the run-out is twice its length, {across:.2f} µm; a lobe of order "
-                          "one of the probe is in it"),
+                          f"0°; the run-out is twice its length, {across:.2f} µm; it contains a "
+                          "lobe of order one of the probe"),
                 *(
                     KeyFigure(f"lobes of order {order}", size / MICROMETRE, "µm", decimals(2),
                               u=own / MICROMETRE, u_digits=two, coverage_factor=k,
