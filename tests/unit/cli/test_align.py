@@ -95,8 +95,8 @@ def test_datums_and_what_they_do_not_determine(folder: Path) -> None:
 
 
 def test_a_datum_without_a_motion_left_is_named_and_not_used(folder: Path) -> None:
-    call = ("align", TOUCHES, "--part", PART, "--map", folder / "map.json", "--datum", "A=3",
-            "--datum", "B=12,14")  # fmt: skip
+    call = ("align", TOUCHES, "--part", PART, "--map", folder / "map.json",
+            "--start", folder / "place.json", "--datum", "A=3", "--datum", "B=12,14")  # fmt: skip
     plain = run(*call)
     assert "21 of 79 touches" in plain
     for outside in ((), ("--datum-association", "outside")):
