@@ -220,8 +220,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            "there is no column spindle_deg: a turned spindle causes errors up to "
-            f"{size * 1e3:.1f} µm that are not in U"
+            "there is no column spindle_deg. If the spindle has turned since the qualification, "
+            f"points are wrong by up to {size * 1e3:.1f} µm. U does not contain this"
         )
     if stated:
         who = "the touches give the orientation of the spindle, the map does not"

@@ -49,7 +49,10 @@ def test_demo(whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     text = run("demo", "--data", EXAMPLES, "-o", tmp_path / "out")
     # One answer, in lines that a terminal shows at once; the page has the rest.
     words = " ".join(text.split())
-    assert "corrected by the tip radius alone both are outside, by the map both are inside" in words
+    assert (
+        "with the tip radius alone both are outside, compensated with the map both are inside"
+        in words
+    )
     assert "bore1 20.0408 20.0102 0.63 bore2 20.0257 19.9950 0.63" in words
     assert len(text.splitlines()) <= 16
     steps = [line[:6] for line in text.splitlines() if " of 4: " in line]

@@ -30,7 +30,9 @@ from pretravel.drawing.tolerances.tolerances import (
 )
 from pretravel.show import Judgement
 
-_WITHOUT_MACHINE = ". This is no statement of conformity: u of the machine is not given"
+_WITHOUT_MACHINE = (
+    ". This is no statement of conformity, because the uncertainty of the machine is not given"
+)
 
 
 def shown_name(feature: MeasuredFeature) -> str:
