@@ -152,7 +152,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     ),
     "readings to leave out": (
         lambda: separate(MultiStepReadings(*PAIRS, np.arange(16.0)), exclude=[(9, 9)]),
-        "no reading to leave out has machine 9 with probe 9",
+        "no reading of machine direction 9 with probe direction 9 to exclude",
     ),
     "readings without scatter": (
         lambda: separate(MultiStepReadings(*PAIRS, np.zeros(16))), "no scatter"

@@ -190,7 +190,7 @@ def _verdict(job: MainJob) -> str:
     inside = sum(bore.verdict is ConformityVerdict.CONFORMS for bore in job.bores)
     return (
         f"Two bores, tolerance {_limits()}: with the tip radius alone {_HOW_MANY[outside]} "
-        f"outside, compensated with the map {_HOW_MANY[inside]} inside. This is no statement of "
+        f"outside, compensated with the map {_HOW_MANY[inside]} inside. This is not a statement of "
         "conformity, because the uncertainty of the machine is not given"
     )
 

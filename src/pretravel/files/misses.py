@@ -1,4 +1,4 @@
-"""Readings that are no contacts, where the file does not mark them: what stands in their place."""
+"""Readings that are not contacts, where the file does not mark them: what stands in their place."""
 
 from __future__ import annotations
 

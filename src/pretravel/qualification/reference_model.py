@@ -183,7 +183,7 @@ class ReferenceModel:
         axis = int(np.argmax(np.abs(own)))
         if abs(own[axis]) < math.cos(10.0 * DEGREE):
             raise PretravelError(
-                f"{self.touches.where(row)}: its normal is no face of a block that is turned by "
+                f"{self.touches.where(row)}: its normal is not a face of a block that is turned by "
                 f"{place.turn / DEGREE:.4g}°; the turn is given as "
                 f"block@{place.turn / DEGREE:.4g}"
             )

@@ -66,8 +66,8 @@ def test_demo(whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert all(name in page for name in pictures)
     assert "harmonic map" in page
     # The headline decides no more than the section of the bores.
-    assert "no statement of conformity" in words
-    assert page.count("no statement of conformity") >= 2
+    assert "not a statement of conformity" in words
+    assert page.count("not a statement of conformity") >= 2
     assert "proven" not in page
     assert page.index("<img") < page.index("The probe, qualified on the sphere")
     assert page.index("Errors of each kind of map") < page.index("SHA-256")

@@ -57,7 +57,11 @@ class TestMachineFile:
             ),
             ("measuring_mm_min = 50 -> measuring_mm_min = 99999", True, "between 0.1 and 3000"),
             ("measuring_mm_min = 50 -> measuring_mm_min = nan", True, "finite"),
-            ("overtravel_mm = 2 -> overtravel_mm = 60", True, "stylus of 50 mm bears 10 mm"),
+            (
+                "overtravel_mm = 2 -> overtravel_mm = 60",
+                True,
+                "stylus of 50 mm can deflect by 10 mm",
+            ),
             ("overtravel_mm = 2 -> overtravel_mm = 900000", True, "between 0.01 and 100"),
             (
                 "positioning_mm_min = 1000 -> positioning_mm_min = 12000",

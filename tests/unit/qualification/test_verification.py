@@ -364,7 +364,7 @@ class TestHistory:
     def test_other_files_are_left_alone(self, tmp_path: Path) -> None:
         result = check(touches(1))
         text, other = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
-        text.write_text("this is no history at all, whatever its ending says")
+        text.write_text("this is not a history at all, whatever its ending says")
         other.write_text('{"schema": "another program", "version": 1}\n')
         before = [text.read_bytes(), other.read_bytes()]
         for path in (text, other):

@@ -285,7 +285,7 @@ class _Listing:
 
     def _unknown(self, cells: list[str], number: int) -> Exception:
         return self.file.error(
-            f"'{shortened(' '.join(cells))}' is no line of a listing of features", number
+            f"'{shortened(' '.join(cells))}' is not a line of a listing of features", number
         )
 
 
@@ -378,8 +378,8 @@ def listing_touches(file: SourceFile, options: ReadingOptions) -> FileReadings:
     if not used:
         kinds = ", ".join(f"{feature.kind} {feature.name}" for feature in features[:8])
         raise file.error(
-            f"no feature of the listing ({kinds}) has normals at its points: planes, circles, "
-            "cylinders and spheres have. The given results are written as features",
+            f"the points of these features ({kinds}) have no normals; points of planes, circles, "
+            "cylinders and spheres have. The results can be written as features",
             inputs=("features",),
         )
     radius = checked_radius_taken_off(file, "a listing of a CMM", options.radius_taken_off)

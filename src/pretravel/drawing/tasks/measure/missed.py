@@ -1,4 +1,4 @@
-"""Points of a feature without those that are no touch of it."""
+"""Points of a feature without those that are not touches of it."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ from pretravel.drawing.tolerances.tolerances import (
 from pretravel.show import Judgement
 
 _WITHOUT_MACHINE = (
-    ". This is no statement of conformity, because the uncertainty of the machine is not given"
+    ". This is not a statement of conformity, because the uncertainty of the machine is not given"
 )
 
 
