@@ -94,7 +94,7 @@ def read_cmm_listing(source: Source) -> list[ListedFeature]:
     ------
     InputError
         A line that is none of a listing, is cut off or contradicts another: a deviation that is
-        not the actual value less the nominal one, a point that is not where its deviation puts it.
+        not the actual value minus the nominal one, a point that is not where its deviation puts it.
         The message contains the line.
 
     >>> text = (
@@ -218,7 +218,7 @@ class _Listing:
         if abs(actual - nominal - deviation) > last_digit:
             raise self.file.error(
                 f"the deviation {deviation:g} of {quantity} is not its actual value {actual:g} "
-                f"less the nominal {nominal:g}",
+                f"minus the nominal {nominal:g}",
                 number,
             )
         if any(result.quantity == quantity for result in self.features[-1].results):
