@@ -94,8 +94,8 @@ _KIND_TEXT = (
     "because it gets practically all the weight in the average of the kinds."
 )
 _PART_TEXT = (
-    "The spread after compensation is much larger than U of a point: it is that of the part, whose "
-    "form and place compensation leaves as they are."
+    "The spread after compensation is much larger than U of a point: it is the spread of the "
+    "part, because compensation does not change the form and the place of the part."
 )
 _RING_TITLE = "Centroid KP-3 in a ring gauge: maps fitted to all 72 directions"
 

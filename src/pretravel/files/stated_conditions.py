@@ -295,7 +295,9 @@ def out_of_order(text: TextTable, roles: ColumnRoles) -> tuple[str, ...]:
             continue
         row, cells = back[0], text.column(i)
         where = f"line {text.lines[row]}: {text.title(i)} is {cells[row]}, earlier than"
-        meant = "the order of the rows is taken, on which drift and first touch depend: sort them"
+        meant = (
+            "drift and first touch depend on the order, which is that of the rows: sort the rows"
+        )
         return (f"{where} {cells[row - 1]} in the row before: {meant}",)
     return ()
 

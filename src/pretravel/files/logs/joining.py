@@ -483,8 +483,8 @@ def _unequal_pairs(
 def _possible_misses(lines: _TargetLines, owners: IntArray, beyond: FloatArray) -> str:
     """Return a warning that misses look like touches; it names outlying positions."""
     warning = (
-        "a miss gives a reading as a touch does, at the end of its move; the overtravel of the "
-        "moves (in the machine file) distinguishes them"
+        "a miss also gives a reading, at the end of its move: give the overtravel (in the machine "
+        "file), which distinguishes misses from touches"
     )
     further = beyond - np.median(beyond)
     outlying = [
