@@ -175,7 +175,8 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "travel of a table": (lambda: TableSettings(travel=math.inf), "inf mm: it must be finite"),
     "feed without a delay": (lambda: table_travel(MAP, 100.0), "this map contains none"),
     "delay without a feed": (
-        lambda: table_travel(replace(MAP, delay=1e-3), None), "1.000 ms; a table holds for one feed"
+        lambda: table_travel(replace(MAP, delay=1e-3), None),
+        "1.000 ms, which a table contains for one feed",
     ),
     "step of a table": (lambda: heidenhain_table(MAP, step_deg=0.0), "a step of 0° of the polar"),
     "angles of a setter": (lambda: renishaw_variables(MAP, angles="both"), "angles 'both': they"),

@@ -91,7 +91,7 @@ class TestSimulate:
     @pytest.mark.parametrize(
         ("surface", "extra", "words"),
         [
-            ("cube:a=3", [], "no known shape"),
+            ("cube:a=3", [], "is not a known shape"),
             ("sphere:", [], "radius= is missing"),
             ("sphere:radius=-3", [], "must be positive"),
             ("sphere:radius=12.5,q=3", [], "is not a parameter"),

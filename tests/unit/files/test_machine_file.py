@@ -66,7 +66,7 @@ class TestMachineFile:
             (
                 "positioning_mm_min = 1000 -> positioning_mm_min = 12000",
                 True,
-                "travels 321 mm further .*bears 10 mm",
+                "travels 321 mm further .*can deflect by 10 mm",
             ),
             (
                 'tool = "none" -> tool = 1.5',

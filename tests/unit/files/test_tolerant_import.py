@@ -422,7 +422,7 @@ class TestNewcomer:
         for words in (
             "format csv",
             "decimal comma",
-            "sphere of diameter 1.2192 (as inches: 30.96",
+            "diameter 1.2192 (as inches: 30.96",
             "missing            the unit of length: give mm or inch",
             "add --units mm or --units inch",
         ):
