@@ -221,8 +221,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            "there is no column spindle_deg. If the spindle has turned since the qualification, "
-            f"points are wrong by up to {size * 1e3:.1f} µm. U does not contain this"
+            "there is no column spindle_deg: if the spindle has turned, U lacks an error of up to "
+            f"{size * 1e3:.1f} µm"
         )
     if stated:
         who = "the touches give the orientation of the spindle, the map does not"
