@@ -44,7 +44,7 @@ def count_lines(inputs: Inputs) -> Document:
     for path in inputs.files["texts"]:
         lines = path.read_text().splitlines()
         if "bad" in lines:
-            raise PretravelError(f"{path}, line {lines.index('bad') + 1}: 'bad' is no number")
+            raise PretravelError(f"{path}, line {lines.index('bad') + 1}: 'bad' is not a number")
         if "flaw" in lines:
             raise RuntimeError("a flaw")
         rows.append((path.name, len(lines)))

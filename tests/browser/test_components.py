@@ -77,7 +77,7 @@ def test_the_page_with_a_result_is_accessible(screen: Any) -> None:
 
 def test_faults_are_said_as_the_library_says_them(screen: Any) -> None:
     drop(screen, "a.txt", b"1\nbad\n")
-    screen.wait_for_selector("text=a.txt, line 2: 'bad' is no number")
+    screen.wait_for_selector("text=a.txt, line 2: 'bad' is not a number")
     assert "/tmp" not in screen.inner_text("main")
     drop(screen, "a.txt", b"flaw\n")
     screen.wait_for_selector("text=this is an internal error of pretravel")
@@ -113,7 +113,7 @@ def test_cancel_brings_back_the_file_of_before(screen: Any) -> None:
         screen.wait_for_selector(".file-name:has-text('waits.txt')")
         screen.wait_for_selector(f".live.stale:has-text('{says}')")
         screen.get_by_role("button", name="Cancel").click()
-        screen.wait_for_selector("text=Files and settings are those of before")
+        screen.wait_for_selector("text=Files and settings are as before")
         screen.wait_for_selector(f".live:not(.stale) >> text={says}")
         # The next one does not wait for what was cancelled.
         assert screen.locator(".file-name").all_inner_texts() == [name]
@@ -122,8 +122,8 @@ def test_cancel_brings_back_the_file_of_before(screen: Any) -> None:
 def test_what_is_no_number_is_said_and_not_stored(screen: Any) -> None:
     field = screen.get_by_label("Factor [mm]")
     for given, answer in (
-        ("1,024.5", "'1,024.5' is no number"),
-        ("many", "'many' is no number"),
+        ("1,024.5", "'1,024.5' is not a number"),
+        ("many", "'many' is not a number"),
         ("101", "101 mm is not between 0 and 100"),
     ):
         field.fill(given)
@@ -150,9 +150,9 @@ def test_texts_of_files_stay_texts(screen: Any) -> None:
     field.fill(HOSTILE)
     field.blur()  # it tells the server at once, else after a pause
     drop(screen, "a.txt", f"{HOSTILE}\nbad\n".encode())
-    screen.wait_for_selector("text=is no number")
+    screen.wait_for_selector("text=is not a number")
     screen.reload()
-    screen.wait_for_selector("text=is no number")
+    screen.wait_for_selector("text=is not a number")
     assert screen.get_by_label("Label").input_value() == HOSTILE
     assert screen.evaluate("window.hacked") is None
     assert screen.locator("img[src=x]").count() == 0

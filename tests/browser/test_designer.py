@@ -24,7 +24,7 @@ LENGTH = "Stylus length to the tip centre [mm]"
 def opened_designer(page: Any, workbench: RunningWorkbench) -> None:
     opened(page, f"{workbench.address}designer")
     page.get_by_role("button", name="Back to the start").click()
-    page.wait_for_selector("text=B is still the start: move a slider")
+    page.wait_for_selector("text=B is still equal to the start: move a slider")
 
 
 def without_versions(path: Path) -> str:

@@ -63,7 +63,7 @@ def test_a_map_made_here_measures_a_part_without_a_download(
     # Reference and tip are typed once, for the screens of people and for those of tasks.
     for name in ("metrologist", "task/verify"):
         opened(page, f"{workbench.address}{name}")
-        page.wait_for_selector("text=Reference and tip are those that this project has")
+        page.wait_for_selector("text=Reference and tip are those of this project")
         field = page.get_by_label(re.compile(r"^(Diameter of the reference|Diameter) \[mm\]$"))
         assert field.first.input_value() == "24.9987"
     # The same map is offered to every task that asks for one, and a file of one screen to others.

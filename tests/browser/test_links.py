@@ -83,7 +83,7 @@ def test_a_reference_that_was_taken_from_another_screen_follows_it(
 ) -> None:
     _qualified(page, workbench)
     opened(page, f"{workbench.address}metrologist")
-    page.wait_for_selector("text=Reference and tip are those that this project has")
+    page.wait_for_selector("text=Reference and tip are those of this project")
     screens.drop(page, "metrologist", "touches", SPHERE)
     page.wait_for_selector(".verdict, .error-view")
     opened(page, f"{workbench.address}engineer")

@@ -157,7 +157,7 @@ def test_a_wrong_file_is_said_before_the_others_are_there(
     doubt = ".file-drop-status.problem"
     opened(page, f"{workbench.address}daily")
     give("/daily/map", "other.json", b'{"hello": 1}')
-    page.wait_for_selector(f"{doubt}:has-text('other.json is no map of a probe')")
+    page.wait_for_selector(f"{doubt}:has-text('other.json is not a map of a probe')")
     opened(page, f"{workbench.address}part")
     give("/part/touches", "photo.jpg", bytes(range(256)))
     page.wait_for_selector(f"{doubt}:has-text('this is not a text file')")

@@ -75,7 +75,7 @@ def test_a_named_project_is_opened_and_made(tmp_path: Path) -> None:
         assert "Probe of machine 3" in answer(workbench.address)[1]
     (tmp_path / "no.pretravel").write_bytes(b"x_mm")
     refused = run("app", str(tmp_path / "no.pretravel"), "--no-browser", code=2)
-    assert "this is no project of pretravel" in refused
+    assert "this is not a project of pretravel" in refused
     missing = run("app", str(tmp_path / "none" / "a.pretravel"), "--no-browser", code=2)
     assert "does not exist" in missing
 

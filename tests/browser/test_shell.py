@@ -67,7 +67,7 @@ def test_projects_are_named_downloaded_and_opened_again(
     assert serious_problems(page) == []
     path.write_bytes(b"x_mm")
     page.set_input_files(".file-drop-input", str(path))
-    page.wait_for_selector("text=p.pretravel: this is no project of pretravel")
+    page.wait_for_selector("text=p.pretravel: this is not a project of pretravel")
 
 
 def test_home_shows_what_a_project_holds_and_what_comes_next(

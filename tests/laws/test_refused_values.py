@@ -152,7 +152,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     ),
     "readings to leave out": (
         lambda: separate(MultiStepReadings(*PAIRS, np.arange(16.0)), exclude=[(9, 9)]),
-        "no reading to leave out has machine 9 with probe 9",
+        "no reading of machine direction 9 with probe direction 9 to exclude",
     ),
     "readings without scatter": (
         lambda: separate(MultiStepReadings(*PAIRS, np.zeros(16))), "no scatter"
@@ -175,7 +175,8 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "travel of a table": (lambda: TableSettings(travel=math.inf), "inf mm: it must be finite"),
     "feed without a delay": (lambda: table_travel(MAP, 100.0), "this map contains none"),
     "delay without a feed": (
-        lambda: table_travel(replace(MAP, delay=1e-3), None), "1.000 ms; a table holds for one feed"
+        lambda: table_travel(replace(MAP, delay=1e-3), None),
+        "1.000 ms, which a table contains for one feed",
     ),
     "step of a table": (lambda: heidenhain_table(MAP, step_deg=0.0), "a step of 0° of the polar"),
     "angles of a setter": (lambda: renishaw_variables(MAP, angles="both"), "angles 'both': they"),

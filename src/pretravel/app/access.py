@@ -19,7 +19,7 @@ Send: TypeAlias = Callable[[Message], Awaitable[None]]
 AsgiApp: TypeAlias = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 LARGEST_REQUEST = 1_000_000
-"""Most bytes of the body of a request that is no upload; uploads have limits of their own."""
+"""Most bytes of the body of a request that is not an upload; uploads have limits of their own."""
 UPLOAD_PATHS = ("/upload/", "/project/open")
 _HEADERS = (
     (b"x-content-type-options", b"nosniff"),
@@ -98,7 +98,7 @@ class Access:
 
 
 def host_name(header: str) -> str:
-    """The name in a header Host; empty where it is no address with a port."""
+    """The name in a header Host; empty where it is not an address with a port."""
     try:
         address = urlsplit(f"//{header}")
         return (address.hostname or "").lower() if (address.port or 80) > 0 else ""
@@ -166,7 +166,7 @@ class Guard:
         if not self._access.allows_host(host):
             return (
                 421,
-                f"{host[:100]!r} is no address of this workbench: open it by its address",
+                f"{host[:100]!r} is not an address of this workbench: open it by its address",
                 {},
             )
         if origin is not None and not _is_of(origin, host):

@@ -247,10 +247,10 @@ class Work(Generic[Made]):
             await changed.wait()
             end()
         if self.held:
-            raise PretravelError(f"{self.held[0]} is no valid value: correct it first")
+            raise PretravelError(f"{self.held[0]} is not a valid value: correct it first")
         if self.newer:
             raise PretravelError(
-                "The project has a newer input than the one of this result: use it first."
+                "The project has an input that is newer than this result: use this input first."
             )
         if self.error or self.result is None:
             raise PretravelError(
@@ -323,7 +323,7 @@ class Work(Generic[Made]):
         self._stop()
         self.cancelled = f"Cancelled after {self.elapsed():.0f} s. "
         if self.job.automatic and self._good is not None:
-            self.cancelled += "Files and settings are those of before."
+            self.cancelled += "Files and settings are as before."
             self._restore(*self._good)
         else:
             self.cancelled += "There is no new result."

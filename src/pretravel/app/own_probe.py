@@ -21,7 +21,7 @@ def own_description(path: Path) -> Probe:
     Raises
     ------
     PretravelError
-        It is no description, or it takes its solids from another file. A project can come from a
+        It is not a description, or it takes its solids from another file. A project can come from a
         stranger, and a path in it would be one on this computer.
     """
     with own_files_alone():

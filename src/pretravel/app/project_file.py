@@ -156,7 +156,7 @@ def project_of(content: bytes, path: str | Path = "the project") -> Project:
     >>> project_of(b"x_mm,y_mm", "touches.csv")
     Traceback (most recent call last):
         ...
-    pretravel.base.errors.InputError: touches.csv: this is no project of pretravel: ...
+    pretravel.base.errors.InputError: touches.csv: this is not a project of pretravel: ...
     """
     try:
         _refuse_directory(content, path)
@@ -165,7 +165,7 @@ def project_of(content: bytes, path: str | Path = "the project") -> Project:
     except PretravelError:
         raise
     except _DAMAGED as error:
-        reason = "this is no project of pretravel"
+        reason = "this is not a project of pretravel"
         if content[:2] == b"PK":
             reason = f"this project is damaged ({error})"
         raise InputError(
@@ -197,14 +197,14 @@ class _Entries:
             raise InputError(f"it has {len(names)} entries, more than {_MOST_ENTRIES}", path=path)
         if _JSON not in names:
             raise InputError(
-                f"this is no project of pretravel: it is an archive without {_JSON}", path=path
+                f"this is not a project of pretravel: it is an archive without {_JSON}", path=path
             )
 
     def content(self, name: str, largest: object) -> bytes:
         """An entry; what its header says of its size is not believed."""
         if type(largest) is not int or largest < 0:  # of a negative number zipfile reads all
             raise PretravelError(
-                f"this project is damaged: the size of {name} is no number of bytes"
+                f"this project is damaged: the size of {name} is not a number of bytes"
             )
         if name not in self._archive.NameToInfo:
             raise InputError(f"this project is damaged: it has no entry {name}", path=self._path)
@@ -213,7 +213,7 @@ class _Entries:
             content = entry.read(most + 1)
         if len(content) > most:
             raise InputError(
-                f"the entry {name} is larger than is said, or the project has more than "
+                f"the entry {name} is larger than its stated size, or the project has more than "
                 f"{LARGEST_PROJECT // 10**6} MB",
                 path=self._path,
             )
@@ -230,9 +230,9 @@ def _stated(entries: _Entries, path: str | Path) -> dict[str, Any]:
     except PretravelError as error:
         raise InputError(f"{_JSON} in it cannot be used: {error}", path=path) from error
     except ValueError as error:
-        raise InputError(f"{_JSON} in it is no JSON", path=path) from error
+        raise InputError(f"{_JSON} in it is not JSON", path=path) from error
     if not isinstance(stated, dict) or stated.get("format") != _FORMAT:
-        raise InputError("this is no project of pretravel", path=path)
+        raise InputError("this is not a project of pretravel", path=path)
     if stated.get("version") != _VERSION:
         raise InputError(
             f"the project has version {ascii(stated.get('version'))[:20]}, and this pretravel "
@@ -290,7 +290,7 @@ def _checked_link(stated: Mapping[str, Any]) -> Link:
     link = Link(**stated)
     _checked_name(link.screen)
     if not all(isinstance(value, str) and len(value) <= 200 for value in vars(link).values()):
-        raise PretravelError("a link in it is no text")
+        raise PretravelError("a link in it is not text")
     return link
 
 

@@ -93,7 +93,7 @@ def not_this(name: str, content: bytes, purpose: str) -> str:
     >>> not_this("letter.txt", b"Dear Sir", "touches")[:48]
     'letter.txt, line 1: the text is not a table of t'
     >>> not_this("other.json", b"{}", "map")
-    'other.json is no map of a probe: “Qualify a probe” makes one'
+    'other.json is not a map of a probe: “Qualify a probe” makes one'
     >>> not_this("sphere.csv", b"x_mm,y_mm,z_mm", "touches")
     ''
     """
@@ -102,7 +102,7 @@ def not_this(name: str, content: bytes, purpose: str) -> str:
 
     begin = content[:_BEGIN]
     if purpose in _MAPS and name.endswith(".json") and kind_of(content) is not FILE_KINDS[0]:
-        return f"{name} is no map of a probe: “Qualify a probe” makes one"
+        return f"{name} is not a map of a probe: “Qualify a probe” makes one"
     if purpose in _TOUCHES:
         try:
             format_of(SourceFile(name, begin))

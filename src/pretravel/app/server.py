@@ -117,7 +117,7 @@ def _add_pages() -> None:
 
 _LARGEST_FILE = 100_000_000
 """Of a file that is taken to another screen."""
-_BROKEN = JSONResponse({"error": "the file came in part only: give it again"}, status_code=400)
+_BROKEN = JSONResponse({"error": "the file arrived incomplete: give it again"}, status_code=400)
 
 
 def _page_of(screen: Screen) -> Callable[[], None]:

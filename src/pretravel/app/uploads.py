@@ -131,7 +131,7 @@ async def limited_content(chunks: AsyncIterator[bytes], limit: int, name: str) -
         content += chunk
         if len(content) > limit:
             raise PretravelError(
-                f"{name} is larger than {limit / 1e6:g} MB, the most that is taken here"
+                f"{name} is larger than {limit / 1e6:g} MB, the largest size that is accepted here"
             )
     return bytes(content)
 
@@ -161,7 +161,7 @@ def parted(content: bytes, head: int) -> tuple[StoredFile, ...]:
     begin, found = head, []
     for name, size in listed:
         if size < 0 or begin + size > len(content):
-            raise PretravelError("the files came in part only: send them again")
+            raise PretravelError("the files arrived incomplete: send them again")
         found.append(StoredFile(name, content[begin : begin + size]))
         begin += size
     return tuple(found)

@@ -39,7 +39,7 @@ def locked_file(path: Path, seconds: float) -> Iterator[int]:
     BlockingIOError
         Another process keeps the file.
     InputError
-        It is no file, or cannot be opened or made.
+        It is not a file, or cannot be opened or made.
 
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "journal"

@@ -44,7 +44,7 @@ def private(folder: Path) -> str:
         for place in reversed(missing):
             place.mkdir(mode=0o700, exist_ok=True)
         if not folder.is_dir():
-            return f"{folder} is no folder"
+            return f"{folder} is not a folder"
     except OSError as error:
         return f"{folder} cannot be made: {error.strerror}"
     return mistrust(folder)

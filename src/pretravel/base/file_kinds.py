@@ -18,7 +18,7 @@ _SIGNATURES: dict[str, tuple[bytes, ...]] = {
     ".zip": (b"PK\x03\x04",),
     ".png": (b"\x89PNG\r\n\x1a\n",),
 }
-"""First bytes of files that are no text."""
+"""First bytes of files that are not text."""
 
 
 def refuse_other_kinds(paths: Iterable[Path], *, programs: bool = False) -> None:

@@ -37,7 +37,7 @@ def parsed_json(content: bytes, **hooks: Any) -> Any:
     PretravelError
         They would take too much memory, or are too deep within each other.
     ValueError
-        It is no JSON, or not in UTF-8; an integer has more than 4300 digits.
+        It is not JSON, or not in UTF-8; an integer has more than 4300 digits.
 
     >>> parsed_json(b"[1, 2]")
     [1, 2]

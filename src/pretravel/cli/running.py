@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def input_files(task: Task) -> list[InputFile]:
     """The files that a task reads, with the checksums that they have now.
 
-    Names that are no files (of a catalogue) are left out; a stream cannot be read twice.
+    Names that are not files (of a catalogue) are left out; a stream cannot be read twice.
     """
     from pretravel.show import input_file
 

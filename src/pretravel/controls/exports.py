@@ -102,9 +102,9 @@ def table_travel(pretravel_map: PretravelMap, feed: float | None) -> float:
         return 0.0
     if feed is None:
         raise PretravelError(
-            "this map is that of a resting probe, and gives the signal delay separately: "
-            f"{1e3 * pretravel_map.delay:.3f} ms; a table holds for one feed: give the measuring "
-            "feed",
+            "this map does not contain the travel during the signal delay of "
+            f"{1e3 * pretravel_map.delay:.3f} ms, which a table contains for one feed: give the "
+            "measuring feed",
             inputs=("feed",),
         )
     return delay_travel(feed, pretravel_map.delay)

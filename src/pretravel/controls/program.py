@@ -355,7 +355,7 @@ def _checks(
     machine = surroundings.machine
     if machine.work is None:
         unchecked.append(
-            f"the place of {machine.work_offset}, which [work] of the machine file does not give"
+            f"the origin of {machine.work_offset}, because the machine file has no [work]"
         )
     if surroundings.known:
         known = ", ".join(obstacle.words for obstacle in surroundings.obstacles)

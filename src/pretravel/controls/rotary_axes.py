@@ -284,8 +284,8 @@ def _model(centers: FloatArray, turns: FloatArray, axis: int) -> tuple[_Model, F
     size = float(np.sum((centers - centers.mean(axis=0)) ** 2))
     if worse < _SAME_SENSE * best or worse < 1e-9 * size:
         raise PretravelError(
-            "these angles do not show in which sense the sphere turns: add one that is no multiple "
-            "of 180 degrees from the others",
+            "these angles do not show in which sense the sphere turns: add one that is not a "
+            "multiple of 180 degrees from the others",
             inputs=("angles",),
         )
     if max(abs(values[2]), abs(values[3])) > _FARTHEST:

@@ -94,8 +94,8 @@ _KIND_TEXT = (
     "because it gets practically all the weight in the average of the kinds."
 )
 _PART_TEXT = (
-    "The spread after compensation is much larger than U of a point: it is that of the part, whose "
-    "form and place compensation leaves as they are."
+    "The spread after compensation is much larger than U of a point: it is the spread of the "
+    "part, because compensation does not change the form and the place of the part."
 )
 _RING_TITLE = "Centroid KP-3 in a ring gauge: maps fitted to all 72 directions"
 
@@ -124,7 +124,7 @@ def main_job_pictures(job: MainJob) -> dict[str, Picture]:
             lambda: points_view(job.points, "The curved part, compensated"),
         ),
         "compare.png": Picture(
-            "Errors that simpler corrections leave: over the azimuth on the equator, and the "
+            "Errors after simpler corrections: over the azimuth on the equator, and the "
             "largest on the equator, in all directions and on the part.",
             lambda: comparison_view(job.comparison, "Errors after the corrections of controls"),
         ),
@@ -190,9 +190,9 @@ def _verdict(job: MainJob) -> str:
     outside = sum(not LIMITS[0] <= size <= LIMITS[1] for size in _uncompensated_diameters(job))
     inside = sum(bore.verdict is ConformityVerdict.CONFORMS for bore in job.bores)
     return (
-        f"Two bores, tolerance {_limits()}: corrected by the tip radius alone {_HOW_MANY[outside]} "
-        f"outside, by the map {_HOW_MANY[inside]} inside. This is no statement of conformity: u of "
-        "the machine is not given"
+        f"Two bores, tolerance {_limits()}: with the tip radius alone {_HOW_MANY[outside]} "
+        f"outside, compensated with the map {_HOW_MANY[inside]} inside. This is not a statement of "
+        "conformity, because the uncertainty of the machine is not given"
     )
 
 

@@ -58,7 +58,7 @@ class InspectionPlan:
     Attributes
     ----------
     face : (n,) int
-        Number of the face in its part; 0 for a surface that is no part's face.
+        Number of the face in its part; 0 for a surface that is not a part's face.
     uv : (n, 2) float
     point, normal : (n, 3) float
         [mm]

@@ -56,7 +56,7 @@ def source_of_frame(frame: Any) -> SourceFile:
         table = nw.from_native(frame, eager_only=True)
     except nw.exceptions.DuplicateError as error:
         twice = ", ".join(re.findall(r"'(.+)'", str(error)))
-        raise PretravelError(f"columns of the data frame have one name: {twice}") from None
+        raise PretravelError(f"columns of the data frame have the same name: {twice}") from None
     names = list(table.columns)
     if not names or any(str(name).isdecimal() for name in names):
         raise PretravelError(

@@ -341,7 +341,7 @@ class FilePositions:
         )
 
     def misses(self) -> tuple[str, ...]:
-        """Names of the positions that are no contacts, where the file states it."""
+        """Names of the positions that are not contacts, where the file states it."""
         named = labels_or_numbers(self.labels, len(self.positions))
         contact = self.contact or (True,) * len(self.positions)
         return tuple(name for name, on in zip(named, contact, strict=True) if not on)

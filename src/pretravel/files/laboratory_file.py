@@ -44,8 +44,8 @@ def _toml(text: str) -> str:
 
 _HEAD = """\
 # What a laboratory states with a result of qualify, check, measure, separate and rig.
-# Fill in between the quotation marks, and leave open what you do not know: a field that is
-# open is shown as "not stated". Tables that are marked with "certificate" are for the
+# Fill in between the quotation marks, and leave empty what you do not know: an empty field is
+# shown as "not stated". Tables that are marked with "certificate" are for the
 # calibration certificate of a probe (rig); other reports show them where they are filled in."""
 
 

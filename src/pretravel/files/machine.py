@@ -160,8 +160,8 @@ class Machine:
         if self.overtravel > self.largest_deflection:
             raise self._error(
                 "overtravel",
-                f"a stylus of {self.stylus_length:g} mm bears {self.largest_deflection:g} mm at "
-                "most",
+                f"a stylus of {self.stylus_length:g} mm can deflect by {self.largest_deflection:g} "
+                "mm at most",
             )
         # Overrides are off during touches only.
         for name, override in (
@@ -193,8 +193,8 @@ class Machine:
                 name,
                 f"after a contact the tip travels {distance:.3g} mm further (acceleration "
                 f"{self.acceleration:g} mm/s², override up to {100 * override:g} %), but a stylus "
-                f"of {self.stylus_length:g} mm bears {self.largest_deflection:g} mm at most; "
-                "choose a lower feed, or give the true acceleration",
+                f"of {self.stylus_length:g} mm can deflect by {self.largest_deflection:g} mm at "
+                "most; choose a lower feed, or give the true acceleration",
             )
 
     def _error(self, name: str, need: str) -> PretravelError:

@@ -439,7 +439,7 @@ def _array(value: Any, name: str) -> npt.NDArray[Any]:
     types = {type(cell) for cell in flat}
     if not (types <= {int, float} or types == {str}):
         wrong = next(cell for cell in flat if type(cell) not in (int, float))
-        raise PretravelError(f"the key {name} contains {wrong!r:.60}, which is no number")
+        raise PretravelError(f"the key {name} contains {wrong!r:.60}, which is not a number")
     if types == {str}:
         return np.array(flat, dtype=object).reshape(shape)
     if types == {int}:

@@ -1,4 +1,4 @@
-"""Readings that are no contacts, where the file does not mark them: what stands in their place."""
+"""Readings that are not contacts, where the file does not mark them: what stands in their place."""
 
 from __future__ import annotations
 
@@ -173,8 +173,8 @@ def _far_from_nominal(along: FloatArray, lines: Sequence[int]) -> tuple[str, ...
     if not len(rows) or len(rows) > len(along) / _FEWEST_OTHERS:
         return ()
     named = ", ".join(f"line {lines[row]} ({left[row]:+.3f} mm)" for row in rows[:_SHOWN])
-    said = "along its normal this lies elsewhere from its nominal point than the others do"
-    why = "A miss, which ends where its move ended, or a gross error? Leave it out, if so"
+    said = "its distance from its nominal point, along the normal, differs from the others"
+    why = "Is it a miss (the end of a move) or a gross error? If so, leave it out"
     return (f"{said}: {named}. {why}",)
 
 
@@ -221,6 +221,6 @@ def _far_words(
     more = "…" if len(off) > _SHOWN else ""
     return (
         f"{len(off)} {one if len(off) == 1 else several} far from the {kind} of the others: "
-        f"{named}{more}. A miss, which ends where its move ended, or a gross error? Leave it out, "
-        "if so"
+        f"{named}{more}. Is it a miss (the end of a move) or a gross error? If so, leave it "
+        "out"
     )

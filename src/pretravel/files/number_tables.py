@@ -92,7 +92,7 @@ def number_table(
         values[name] = numbers_of_arrow(column)
         if np.any(odd := ~(np.abs(values[name]) <= LARGEST_NUMBER)):
             row = int(np.argmax(odd))
-            what = "is empty" if column[row].as_py() is None else "is no number of this size"
+            what = "is empty" if column[row].as_py() is None else "is not a number of this size"
             raise file.error(f"{head.table.titles.get(name, name)} {what}", first_line + row)
         if (scale := head.table.scales.get(name, 1.0)) != 1.0:
             values[name] = scale * values[name] + 0.0

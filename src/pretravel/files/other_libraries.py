@@ -46,7 +46,7 @@ def dataframe(value: object) -> pd.DataFrame:
 
 @singledispatch
 def _columns(value: object) -> dict[str, npt.ArrayLike]:
-    raise TypeError(f"a {type(value).__name__} is no table")
+    raise TypeError(f"a {type(value).__name__} is not a table")
 
 
 _columns.register(Touches)(touches_table)
@@ -71,7 +71,7 @@ def dataset(value: object) -> xr.Dataset:
     TypeError
         The value is none of these.
     """
-    raise TypeError(f"a {type(value).__name__} is no dataset")
+    raise TypeError(f"a {type(value).__name__} is not a dataset")
 
 
 dataset.register(PretravelMap)(map_dataset)

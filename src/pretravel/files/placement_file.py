@@ -84,7 +84,7 @@ def read_placement(source: Source) -> Placement:
     Raises
     ------
     InputError
-        It is no placement, or one of another version; a value is missing or is no number.
+        It is not a placement, or one of another version; a value is missing or is not a number.
     """
     file = opened(source)
     try:
@@ -120,7 +120,7 @@ def _numbers(file: SourceFile, content: dict[str, Any], name: str) -> FloatArray
     try:
         found = np.array(content[name], dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise file.error(f"the key {name} contains something that is no number") from None
+        raise file.error(f"the key {name} contains something that is not a number") from None
     if name == "undetermined" and found.size == 0:
         found = np.zeros((6, 0))
     fits = found.ndim == len(wanted) and all(

@@ -318,7 +318,9 @@ def _faces(file: SourceFile, table: CsvTable) -> IntArray | None:
     numbers = table.numbers("face")[:, 0]
     wrong = np.flatnonzero((numbers != np.round(numbers)) | (numbers < 1.0) | (numbers > 1e9))
     if len(wrong):
-        raise file.error("the face is no number of a face, 1 or more", table.lines[int(wrong[0])])
+        raise file.error(
+            "the face is not a number of a face, 1 or more", table.lines[int(wrong[0])]
+        )
     return numbers.astype(np.int64)
 
 

@@ -124,7 +124,7 @@ def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
     same = [role for role in POSITION_ROLES if role in index]
     if len({index[role] for role in same}) < len(same):
         raise text.file.error(
-            f"two of {', '.join(f'{role}={stated[role]}' for role in same)} are one column",
+            f"two of {', '.join(f'{role}={stated[role]}' for role in same)} name the same column",
             text.header_line or None,
             inputs=("columns",),
         )
@@ -346,7 +346,7 @@ def _units_of_columns(
             found[role] = str(unit)
         elif unit not in (None, "1") and known:
             raise text.file.error(
-                f"the column {text.title(i)} has the unit {unit}, which is none of a {kind}",
+                f"the column {text.title(i)} has the unit {unit}, which is not a unit of {kind}",
                 text.header_line,
             )
     return found

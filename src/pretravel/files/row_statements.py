@@ -1,4 +1,4 @@
-"""Lines among the rows of a format that are no data: harmless, or changing what rows mean."""
+"""Lines among the rows of a format that are not data: harmless, or changing what rows mean."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class StatedRows:
     words : dict of str to list of str
         What held at each row.
     unknown : list of line and text
-        Lines that are no known statement.
+        Lines that are not known statements.
     """
 
     file: SourceFile
@@ -121,7 +121,7 @@ class StatedRows:
             self._broken = (what, number)
 
     def take(self, found: tuple[RowStatement, str] | None, line: str, number: int) -> None:
-        """Take a line that is no reading.
+        """Take a line that is not a reading.
 
         Parameters
         ----------

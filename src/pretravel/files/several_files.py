@@ -158,8 +158,8 @@ def _refuse_different(
     for name, value in there[1:]:
         if value != there[0][1]:
             raise InputError(
-                f"gives the {what} as {value}, and {there[0][0]} as {there[0][1]}: files of one "
-                "series have one. Read them separately",
+                f"gives the {what} as {value}, and {there[0][0]} as {there[0][1]}, but "
+                "all files of a series must have the same. Read them separately",
                 path=name,
                 inputs=inputs,
             )

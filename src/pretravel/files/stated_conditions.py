@@ -236,7 +236,7 @@ def _refuse_compensated_before(text: TextTable) -> None:
 
 
 def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
-    """Refuse rows that state in a column of their own that they are no contact."""
+    """Refuse rows that state in a column of their own that they are not contacts."""
     for i, name in _other_columns(text, roles):
         cells = [cell.strip().lower() for cell in text.column(i)]
         words = {*re.findall(r"\w+", name), name}
@@ -250,7 +250,7 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
         if missed:
             rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
             marked = name in _GOOD | _BAD or cells[missed[0]] in _BAD
-            why = "the file itself marks it" if marked else "a touch without contact is no point"
+            why = "the file itself marks it" if marked else "a touch without contact is not a point"
             raise text.file.error(
                 f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: {why}; exclude the "
                 "line",
@@ -295,7 +295,9 @@ def out_of_order(text: TextTable, roles: ColumnRoles) -> tuple[str, ...]:
             continue
         row, cells = back[0], text.column(i)
         where = f"line {text.lines[row]}: {text.title(i)} is {cells[row]}, earlier than"
-        meant = "the order of the rows is taken, on which drift and first touch depend: sort them"
+        meant = (
+            "drift and first touch depend on the order, which is that of the rows: sort the rows"
+        )
         return (f"{where} {cells[row - 1]} in the row before: {meant}",)
     return ()
 

@@ -60,7 +60,7 @@ def stated_normals(file: SourceFile, columns: TouchColumns) -> tuple[FloatArray,
     Raises
     ------
     InputError
-        Most of the vectors are no unit vectors. Single ones are refused by `Touches`.
+        Most of the vectors are not unit vectors. Single ones are refused by `Touches`.
     """
     table = columns.table
     names = tuple(NORMAL_ROLES)
@@ -71,7 +71,7 @@ def stated_normals(file: SourceFile, columns: TouchColumns) -> tuple[FloatArray,
     if wrong.mean() > 1.0 - _MOST and len(wrong) > 2:
         row = int(np.flatnonzero(wrong)[0])
         raise file.error(
-            f"the columns {titles} are no unit vectors (this one has length {length[row]:.4g}): "
+            f"the columns {titles} are not unit vectors (this one has length {length[row]:.4g}): "
             "are they angles, axes or deviations? Give the columns of the normals, or leave them "
             "out (nx=none,ny=none,nz=none)",
             table.lines[row],
@@ -210,7 +210,7 @@ def with_surface_normals(found: FilePositions, normals_from: NormalsFrom) -> Fil
     Parameters
     ----------
     found : FilePositions
-        Positions that are no contacts are left out, and named as missed.
+        Positions that are not contacts are left out, and named as missed.
     normals_from : callable
         As of `ReadingOptions`.
 

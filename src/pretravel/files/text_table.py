@@ -71,7 +71,7 @@ class TextTable:
     unit : str or None
         Unit of length that a comment or a line before the table states.
     preamble : tuple of Record
-        Lines before the table that are no comments.
+        Lines before the table that are not comments.
     disabled : tuple of int
         Lines of comments that look like rows.
     among : tuple of Record
@@ -304,7 +304,7 @@ _RESULT = re.compile(
 
 
 def _results_below(body: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
-    """Rows at the end that are no readings: their mean, range …; they are taken from the rows."""
+    """Rows at the end that are not readings: their mean, range …; they are taken from the rows."""
     last = len(body)
     while last and any(map(_RESULT.fullmatch, filter(None, body[last - 1][1]))):
         last -= 1
@@ -443,7 +443,7 @@ def _refuse_row_before(
         if len(cells) == len(body[0][1]) and any(map(is_number_cell, cells)):
             bad = next(cell for cell in cells if not is_number_cell(cell))
             raise file.error(
-                f"'{bad}' is not a number, and the line is no header; correct it, or exclude it",
+                f"'{bad}' is not a number, and the line is not a header; correct it, or exclude it",
                 number,
                 inputs=("exclude",),
             )

@@ -212,8 +212,8 @@ def _of_one_frame(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
     if moved:
         raise text.file.error(
             f"{title} changes (from '{cells[0]}' to '{cells[moved[0]]}'): x, y and z of these rows "
-            f"are in different coordinates. Split the table by {title}, or say that it is no "
-            f"system of coordinates ({FRAME_ROLE}=none)",
+            f"are in different coordinates. Split the table by {title}, or say that it is "
+            f"not a system of coordinates ({FRAME_ROLE}=none)",
             text.lines[moved[0]],
             inputs=("columns",),
         )
@@ -261,9 +261,9 @@ def _without_rotary(text: TextTable, roles: ColumnRoles) -> tuple[TextTable, Col
             row = moved[0]
             raise text.file.error(
                 f"the rotary axis {title} moves (from {cells[0]} to {cells[row]}): x, y and z of "
-                "these rows are in different coordinates. Split the table by its angles, or give "
-                f"that {title} is no rotary axis ({role}=none), or the orientation of the spindle "
-                f"(spindle={title})",
+                "these rows are in different coordinates. Split the table by its angles, or say "
+                f"that {title} is not a rotary axis ({role}=none), or is the orientation of the "
+                f"spindle (spindle={title})",
                 text.lines[row],
                 inputs=("columns",),
             )

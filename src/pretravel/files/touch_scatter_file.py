@@ -59,7 +59,7 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
             machine_error=own if np.all(np.isfinite(own)) else np.zeros(0),
         )
     except (TypeError, ValueError) as error:
-        raise InputError(f"a variance or azimuth is no number ({error})", path=path) from None
+        raise InputError(f"a variance or azimuth is not a number ({error})", path=path) from None
     except PretravelError as error:
         raise InputError(str(error), path=path) from None
 
@@ -71,7 +71,7 @@ def _number_or_nan(cell: object) -> float:
 
 def _directions_of_result(path: Path) -> dict[str, list[object]]:
     """The columns of the table of directions in a result with all values."""
-    hint = "it is no result of separate with all values (separate … -o separation.json)"
+    hint = "it is not a result of separate with all values (separate … -o separation.json)"
     try:
         content = parsed_json(opened(path).content)
         tables = content["document"]["data"]

@@ -163,9 +163,8 @@ def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
     touches = np.asarray(values, dtype=np.float64)
     if touches.ndim != 1 or len(touches) < FEWEST_REPEATS:
         raise PretravelError(
-            f"{touches.size} touches of a point; at least {FEWEST_REPEATS} distinguish noise "
-            "from drift "
-            "and from a first touch that differs"
+            f"{touches.size} touches of a point; at least {FEWEST_REPEATS} are needed to "
+            "distinguish noise from drift and from a first touch that differs"
         )
     if not np.isfinite(touches).all():
         raise PretravelError("a position of a touch is not a finite number")

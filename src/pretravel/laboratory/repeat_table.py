@@ -38,7 +38,7 @@ _OTHER = re.compile(
     r"nom\w*|soll\w*|mean|average|avg|mittel\w*|range|sigma|std\w*|spindle|angle|winkel)\b|°",
     re.IGNORECASE,
 )
-"""Titles of numbers that are no reading."""
+"""Titles of numbers that are not readings."""
 _CONDITION = re.compile(r"\b(?:feed\w*|speed|vorschub|spindle|angle|winkel)\b", re.IGNORECASE)
 """Of these, such on which a reading depends."""
 _MISSED = re.compile(

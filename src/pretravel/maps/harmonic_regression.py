@@ -39,7 +39,7 @@ from pretravel.maps.spherical_harmonics import Smoothing
 
 _SMALLEST_NOISE = 1e-5  # um: the last digit of a position in mm with eight decimals
 _FEW_RESIDUALS = 8
-"""Fewer of them can all be near zero by chance, or by the step of the positions: they are no scale
+"""Fewer of them can all be near zero by chance, or by the step of the positions: they are not scale
 of amplitudes that they do not show."""
 _EXACT = 1e-2  # um: scatter from which normal equations are exact enough
 _WIDEST = 1e5

@@ -265,7 +265,7 @@ class Provenance:
         Raises
         ------
         PretravelError
-            It is no matrix (3, 3), not finite, or a variance of it is negative.
+            It is not a matrix (3, 3), not finite, or a variance of it is negative.
 
         >>> Provenance().with_center_covariance(np.eye(3)).center_covariance[0]
         (1.0, 0.0, 0.0)

@@ -123,10 +123,11 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
         turned = np.flatnonzero(np.abs(_turn(angles - angles[0])) > SAME_ORIENTATION)
         if len(turned) and (size := error_of_a_turn(pretravel_map)) > 0.0:
             raise PretravelError(
-                f"the spindle turns among the touches (to {angles[turned[0]]:g}° at "
+                f"the spindle turns between the touches (to {angles[turned[0]]:g}° at "
                 f"{touches.where(int(turned[0]))}, before at {angles[0]:g}°), and the map does not "
-                f"state its orientation: at another one it is wrong by up to {size * 1e3:.1f} µm. "
-                "Qualify with the orientation (column spindle_deg), and measure at that",
+                f"state its orientation: at another orientation it is wrong by up to "
+                f"{size * 1e3:.1f} µm. Qualify with the orientation (column spindle_deg), and "
+                "measure at the same orientation",
                 inputs=("map_file",),
             )
         return
@@ -220,8 +221,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            "there is no column spindle_deg: a turned spindle causes errors up to "
-            f"{size * 1e3:.1f} µm that are not in U"
+            "there is no column spindle_deg: if the spindle has turned, U lacks an error of up to "
+            f"{size * 1e3:.1f} µm"
         )
     if stated:
         who = "the touches give the orientation of the spindle, the map does not"

@@ -143,7 +143,7 @@ def apply_with_errors(
     PointErrors
     """
     if isinstance(nominal, str | Path):
-        raise PretravelError("the nominal is a surface: read_part or parse_surface makes it")
+        raise PretravelError("the nominal must be a surface: read_part or parse_surface makes it")
     touches = as_touches(touches)
     touches.refuse_several()
     pretravel_map, _ = with_step_of_touches(as_map(pretravel_map), touches)

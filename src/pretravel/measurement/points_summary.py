@@ -358,9 +358,8 @@ class TouchSummary:
         if stated or not _delay_is_unknown(pretravel_map):
             return ""
         return (
-            "neither the map nor the touches have a feed (column feed_mm_min): feeds that differ "
-            "by 100 mm/min cause errors of 3.3 µm (if the signal delay is 2 ms, a usual value) "
-            "that are not in U"
+            "neither the map nor the touches have a feed (column feed_mm_min): if the feeds differ "
+            "by 100 mm/min, U lacks an error of 3.3 µm (for a usual signal delay of 2 ms)"
         )
 
     def _friction_note(self) -> str:

@@ -212,7 +212,7 @@ def _pairs_within(positions: FloatArray, distance: float) -> int:
 
 
 def _without_gross(squares: FloatArray, known: FloatArray, dof: FloatArray) -> BoolArray:
-    """Places without a touch that is wrong alone: it is no scatter of the others, (k,) of bool."""
+    """Places without a touch that is wrong alone: it is not scatter of the others, (k,) of bool."""
     ratio = squares / known
     usual = max(float(np.median(ratio)) / _MEDIAN_OF_PAIRS, 1.0)
     few = len(ratio) < 3  # of two places none is the odd one

@@ -172,8 +172,8 @@ class TouchScatter:
         along = np.abs(normals @ rotation[:, 2])
         if axial is None and np.any(along > _ACROSS):
             raise PretravelError(
-                "the separation knows directions across the axis of the probe, and some of these "
-                "normals have a part along it: give the noise there",
+                "the separation only has directions across the axis of the probe, but some of "
+                "these normals have a component along the axis: give the noise along the axis",
                 inputs=("noise",),
             )
         deviation = np.sqrt(sum(self._with_axial(normals, rotation, axial or 0.0)))

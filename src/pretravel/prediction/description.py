@@ -79,8 +79,8 @@ class Tripod:
         largest = max(abs(deviation) for deviation in self.radius_deviations)
         if not largest <= 0.5 * self.radius:
             raise DescriptionError(
-                f"a rod's radius deviates by {largest:g} mm from {self.radius:g} mm; half of it is "
-                "the most"
+                f"a rod's radius deviates by {largest:g} mm from {self.radius:g} mm; at most half "
+                "of it is possible"
             )
         if self.rod_radius >= 0.5 * self.radius:
             raise DescriptionError(
@@ -236,7 +236,10 @@ class Tip:
     def __post_init__(self) -> None:
         _positive(self.radius, "the tip radius")
         if not (math.isfinite(self.u_radius) and self.u_radius >= 0.0):
-            raise DescriptionError(f"the tip radius's uncertainty is {self.u_radius:g} mm")
+            raise DescriptionError(
+                f"the tip radius's uncertainty is {self.u_radius:g} mm; it must be finite and not "
+                "negative"
+            )
         if not 0.0 <= self.friction <= LARGEST_TIP_FRICTION:
             raise DescriptionError(
                 f"the friction coefficient of the tip is {self.friction:g}; it must lie between "
@@ -283,7 +286,7 @@ class Orientation:
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.rotation):
-            raise DescriptionError(f"the probe's rotation is {self.rotation:g}")
+            raise DescriptionError(f"the probe's rotation is {self.rotation:g}; it must be finite")
         length = math.hypot(*self.axis)
         if not abs(length - 1.0) <= 1e-3:
             raise DescriptionError(

@@ -519,7 +519,7 @@ def _pairs(model: ReferenceModel, found: _Solved, factor: float) -> tuple[Term, 
             )
             name = f"pretravel of {first} and {second} together"
             if "radius of the tip" in at:
-                name += ", less the tip's diameter"
+                name += ", minus the tip's diameter"
             for axis in joined:
                 name += f", with the backlash of {'xyz'[axis]}"
             value = float(weights @ found.values)

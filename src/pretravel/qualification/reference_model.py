@@ -183,7 +183,7 @@ class ReferenceModel:
         axis = int(np.argmax(np.abs(own)))
         if abs(own[axis]) < math.cos(10.0 * DEGREE):
             raise PretravelError(
-                f"{self.touches.where(row)}: its normal is no face of a block that is turned by "
+                f"{self.touches.where(row)}: its normal is not a face of a block that is turned by "
                 f"{place.turn / DEGREE:.4g}°; the turn is given as "
                 f"block@{place.turn / DEGREE:.4g}"
             )
@@ -452,6 +452,6 @@ def _refuse_other_sizes(reference: Reference, seen: FloatArray) -> None:
             found = " and ".join(f"{length:.2f}" for length in seen if math.isfinite(length))
             raise PretravelError(
                 f"{reference.name} is given as {size:g} mm, and its touches are {found} mm apart, "
-                "less the tip. Is it another one, or in inches? Sizes are given in mm",
+                "without the tip. Is it another one, or is the size in inches? Sizes are in mm",
                 inputs=("block", "reference"),
             )

@@ -91,7 +91,7 @@ def as_ring_touches(touches: Touches, diameter: float) -> Touches:
     outward = outward / np.linalg.norm(outward, axis=1)[:, None]
     steep = np.abs(touches.normals[:, 2]) > _STEEPEST
     inward = np.sum(outward * touches.normals[:, :2], axis=1) < 0.5
-    for wrong, what in ((steep, "is no touch on an upright wall"),
+    for wrong, what in ((steep, "is not a touch on an upright wall"),
                         (inward, "has a normal that does not point out of the pin")):  # fmt: skip
         if wrong.any():
             raise PretravelError(

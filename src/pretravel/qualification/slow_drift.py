@@ -86,7 +86,7 @@ def with_drift(
     said = (
         f"the reference drifted by {size:.1f} µm against the machine during the touches: this "
         "explains the differences of the directions better than another kind of probe. Repeats in "
-        "a row do not show it; it follows from the forms that a six-seat probe can have. A "
+        "a row do not show the drift; it follows because no six-seat probe fits the touches. A "
         f"{'drift that slows down' if drift.slows else 'steady drift'} was subtracted. Let the "
         "machine warm up, and touch in passes over all directions, which separate probe and drift"
     )

@@ -322,10 +322,10 @@ def _gross_warnings(gross: tuple[Outlier, ...], changed: bool, with_gross: bool)
         return []
     word = {True: "changed", False: "no change"}
     verdict = (
-        f"the verdict is the same with {'it' if len(gross) == 1 else 'them'}"
+        f"the verdict is the same with {'this touch' if len(gross) == 1 else 'these touches'}"
         if changed == with_gross
-        else f"without {'it' if len(gross) == 1 else 'them'} the verdict is: {word[changed]}; "
-        f"with: {word[with_gross]}. Touch there again"
+        else f"without {'this touch' if len(gross) == 1 else 'these touches'} the verdict is: "
+        f"{word[changed]}; with: {word[with_gross]}. Touch there again"
     )
     return [*(f"{outlier.message}. It was left out" for outlier in gross), verdict]
 

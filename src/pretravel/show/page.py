@@ -183,7 +183,7 @@ class _ShownReport:
 
     @property
     def stated(self) -> dict[str, str]:
-        """What a laboratory states, by the places in its file; empty: it is no certificate."""
+        """What a laboratory states, by the places in its file; empty: it is not a certificate."""
         figures = (figure for section in self.document.sections for figure in section.figures)
         return {figure.statement: str(figure.value) for figure in figures if figure.statement}
 

@@ -107,7 +107,7 @@ def read_result(path: str | Path) -> PageContent:
         ) from None
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise InputError(
-            "it is no result of pretravel: write it with -o NAME.report.json",
+            "it is not a result of pretravel: write it with -o NAME.report.json",
             path=path,
         )
     if content.get("version") != VERSION:

@@ -176,8 +176,8 @@ class PhysicalKind(KindOfMap):
         count = fit.observation.direction_count
         if count < FEW_FOR_SIX_SEATS:
             found.append(
-                f"{count} directions are few for a six-seat probe: another one may explain them "
-                "as well, and u of the map does not contain that; touch 25"
+                f"{count} directions are few for a six-seat probe: another six-seat probe may "
+                "explain them equally well, which u of the map does not contain; touch 25"
             )
         if fit.disagreement:
             found.append(
@@ -193,7 +193,7 @@ class PhysicalKind(KindOfMap):
                 f"scatter of repeats (probability {fit.misfit:.2g} for a six-seat probe). The map "
                 f"contains a correction of {fit.scales.mean('correction') / MICROMETRE:.1f} µm, "
                 "and its u what the correction does not determine. A drift of the reference from "
-                "ring to ring looks alike: touches in passes over all directions distinguish them"
+                "ring to ring looks the same: touches in passes distinguish the two"
             )
         return found
 

@@ -117,7 +117,7 @@ def parse_surface(text: str) -> Surface | Part:
     shape, _, rest = text.partition(":")
     if shape not in _SHAPES:
         raise PretravelError(
-            f"surface '{text}': '{shape}' is no known shape; there are "
+            f"surface '{text}': '{shape}' is not a known shape; there are "
             + ", ".join(f"{name}:{','.join(p + '=' for p in _SHAPES[name][1])}" for name in _SHAPES)
             + ", and STEP or IGES files, part.step#face"
         )
@@ -136,7 +136,7 @@ def _parameters(shape: str, text: str, defaults: ShapeParameters) -> ShapeParame
         key, equals, number = (part.strip() for part in item.partition("="))
         if not equals or key not in defaults:
             raise PretravelError(
-                f"'{item}' is no parameter; {shape} has "
+                f"'{item}' is not a parameter; {shape} has "
                 + ", ".join(f"{name}=" for name in defaults)
                 + ("; the decimal sign is a point, as in 12.5" if item.isdecimal() else "")
             )

@@ -392,7 +392,7 @@ class LaboratoryReport(Reported):
         output: Path | None = getattr(self, "output", None)
         if self.lab is None or self.verbose or (output is not None and setting.is_report(output)):
             return []
-        contained = "a page (-o page.html) and the full report (--verbose) contain what it gives"
+        contained = "a page (-o page.html) and the full report (--verbose) contain these data"
         if output is None:
             return [f"{self.lab.name} was given, but is not shown: {contained}"]
         return [f"{output.name} does not contain what {self.lab.name} gives: {contained}"]

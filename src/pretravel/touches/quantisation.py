@@ -221,7 +221,7 @@ def tied_step(values: npt.ArrayLike, groups: npt.ArrayLike) -> float:
 def _last_digits(values: FloatArray, smallest: float) -> float:
     """What rounding to the last printed digit changes a difference by, next to the smallest one.
 
-    A step that is no round number, such as 2 mm / 3003, shows so in rounded values.
+    A step that is not a round number, such as 2 mm / 3003, shows so in rounded values.
     """
     for decimals in range(3, 10):
         scaled = values * 10.0**decimals

@@ -72,7 +72,7 @@ _ONE_EACH = {
         ("reference",),
     ),
 }
-"""Columns in which one is meant: how several are called, why that is no series, what chooses."""
+"""Columns in which one is meant: how several are called, why that is not a series, what chooses."""
 _SHOWN = 4
 """Most names that a message shows."""
 _SAME_POINT = 0.02
@@ -615,8 +615,8 @@ def refuse_several_runs(labels: Sequence[str] | None, positions: FloatArray) -> 
     length = length_of_run(labels, positions)
     if length and labels is not None:
         raise PretravelError(
-            f"the labels come {len(positions) // length} times, and the points lie elsewhere each "
-            f"time: {labels[0]} is point 1 and point {length + 1}. Are these several parts? "
+            f"each label occurs {len(positions) // length} times, each time with another "
+            f"point: {labels[0]} is point 1 and point {length + 1}. Are these several parts? "
             "Choose one of them by its number, or all, if they are one part",
             inputs=("series",),
         )

@@ -100,7 +100,7 @@ def test_a_field_that_holds_nothing_valid_gives_no_result() -> None:
     def unfinished(work: Work) -> None:
         work.state.mark("length", "Length of the stylus")
 
-    with pytest.raises(PretravelError, match="Length of the stylus is no valid value"):
+    with pytest.raises(PretravelError, match="Length of the stylus is not a valid value"):
         finished_after(unfinished)
 
 

@@ -72,7 +72,7 @@ def test_a_link_of_a_stranger_is_checked() -> None:
     with pytest.raises(InputError, match="cannot be used"):
         project_of(project_bytes(project))
     project.screen("part").links["map"] = Link("engineer", "file", "x" * 300, "1", "2")
-    with pytest.raises(InputError, match="a link in it is no text"):
+    with pytest.raises(InputError, match="a link in it is not text"):
         project_of(project_bytes(project))
 
 

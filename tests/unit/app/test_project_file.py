@@ -82,12 +82,12 @@ def test_a_snapshot_does_not_change_with_its_project() -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        (b"", "this is no project of pretravel"),
-        (b"x_mm,y_mm\n1,2\n", "this is no project of pretravel"),
+        (b"", "this is not a project of pretravel"),
+        (b"x_mm,y_mm\n1,2\n", "this is not a project of pretravel"),
         (project_bytes(example())[:300], "damaged"),
-        (archive("{"), "no JSON"),
+        (archive("{"), "not JSON"),
         (archive("[" * 100_000), "too deep"),
-        (archive(stated(format="other")), "no project"),
+        (archive(stated(format="other")), "not a project"),
         (archive(stated(version=2)), "version 2.*use a newer pretravel"),
         (archive(stated(identity="../../x")), "hexadecimal"),
         (archive(stated(screens={"../x": {"settings": {}, "files": {}}})), "cannot be used"),
@@ -123,7 +123,7 @@ def test_a_size_is_a_number_of_bytes(size: Any) -> None:
     bomb = archive(with_file("a.step", size), {"files/part/part/a.step": entry})
     del entry
     tracemalloc.start()
-    with pytest.raises(InputError, match="is no number of bytes"):
+    with pytest.raises(InputError, match="is not a number of bytes"):
         project_of(bomb, "p.pretravel")
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()

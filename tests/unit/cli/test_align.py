@@ -174,7 +174,7 @@ def test_several_answers_are_listed_and_nothing_is_written(
         ({"version": 9}, "the version is 9"),
         ({"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 2]]}, "not perpendicular unit vectors"),
         ({"shift_mm": [1, 2]}, "the key shift_mm has the shape"),
-        ({"shift_mm": ["a", 2, 3]}, "something that is no number"),
+        ({"shift_mm": ["a", 2, 3]}, "something that is not a number"),
         ({"covariance": None}, "the key covariance"),
     ],
 )

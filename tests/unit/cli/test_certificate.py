@@ -148,7 +148,7 @@ class TestTextsOfStandards:
         shown = _printed(_content(tmp_path, filled_file(tmp_path, LaboratoryStatements()), *CHECK))
         sentence = "was written without the text of the standard and was not checked against it."
         assert f"What is used here of ISO 10360-5 {sentence}" in shown
-        assert "This is no statement of conformity" in shown
+        assert "This is not a statement of conformity" in shown
         assert shown.count("without the text of the standard") == 2  # sentence, verdict
         assert shown.count("not checked") == 1 + 2  # sentence, two definitions
 
@@ -157,7 +157,7 @@ class TestTextsOfStandards:
         assert "North Ltd declares that it compared what is used here of ISO 10360-5" in shown
         assert "(edition 2020, A. Lee, 2026-03-02)" in shown
         assert "without the text of the standard" not in shown
-        assert "This is no statement of conformity" not in shown
+        assert "This is not a statement of conformity" not in shown
 
     def test_the_statement_holds_for_its_standard_alone(self, tmp_path: Path) -> None:
         lab = filled_file(tmp_path, RIGHT)
@@ -168,4 +168,4 @@ class TestTextsOfStandards:
         command = ("check", "iso230-10", touches, "--diameter", 25)
         shown = _printed(_content(tmp_path, lab, *command))
         assert "ISO 230-10 was written without the text of the standard" in shown
-        assert "This is no statement of conformity" in shown
+        assert "This is not a statement of conformity" in shown

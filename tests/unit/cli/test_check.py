@@ -74,7 +74,7 @@ class TestStandards:
         )  # fmt: skip
         verdict = text.replace("\n  ", " ").splitlines()[0]
         assert "2 of 2 figures are within their limits" in verdict
-        assert "no statement of conformity" in verdict
+        assert "not a statement of conformity" in verdict
         assert "not been checked" in verdict
         assert ("uncertainty of the reference is not given" in verdict) != stated
         assert ("--u-diameter and --sphere-form" in warned) != stated
@@ -178,7 +178,7 @@ class TestTipOffset:
         result = tmp_path / "offset.json"
         text = run(*command, "--spindle", "0,180", "--offset-limit", 4, "-o", result, code=3)
         assert "tip offset exceeds the limit" in text.replace("\n  ", " ")
-        assert "no statement of conformity" in text.replace("\n  ", " ")
+        assert "not a statement of conformity" in text.replace("\n  ", " ")
         found = data_of(result)
         by_name = {figure["figure"]: figure for figure in found["Figures"]}
         assert by_name["tip offset, x"]["value_um"] == pytest.approx(4.0)

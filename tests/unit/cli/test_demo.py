@@ -49,7 +49,10 @@ def test_demo(whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     text = run("demo", "--data", EXAMPLES, "-o", tmp_path / "out")
     # One answer, in lines that a terminal shows at once; the page has the rest.
     words = " ".join(text.split())
-    assert "corrected by the tip radius alone both are outside, by the map both are inside" in words
+    assert (
+        "with the tip radius alone both are outside, compensated with the map both are inside"
+        in words
+    )
     assert "bore1 20.0408 20.0102 0.63 bore2 20.0257 19.9950 0.63" in words
     assert len(text.splitlines()) <= 16
     steps = [line[:6] for line in text.splitlines() if " of 4: " in line]
@@ -63,8 +66,8 @@ def test_demo(whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert all(name in page for name in pictures)
     assert "harmonic map" in page
     # The headline decides no more than the section of the bores.
-    assert "no statement of conformity" in words
-    assert page.count("no statement of conformity") >= 2
+    assert "not a statement of conformity" in words
+    assert page.count("not a statement of conformity") >= 2
     assert "proven" not in page
     assert page.index("<img") < page.index("The probe, qualified on the sphere")
     assert page.index("Errors of each kind of map") < page.index("SHA-256")

@@ -130,7 +130,7 @@ class TestAcceptedMaps:
         history, accepted = tmp_path / "probe.jsonl", tmp_path / "new.json"
         accepted.write_bytes(YESTERDAY)
         if damage == "no history":
-            history.write_text("this is no history at all, whatever its ending says\n" * 30)
+            history.write_text("this is not a history at all, whatever its ending says\n" * 30)
         else:
             tip = 3.0 if damage == "rows" else 2.0
             add_verification(

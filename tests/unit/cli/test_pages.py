@@ -111,7 +111,7 @@ def test_every_report_can_be_bound_from_its_values(tmp_path: Path) -> None:
         re.findall(r'src="(data:image/.*?)"', page)
     )
     run("probes", "omp40-2", "-o", tmp_path / "p.json", code=2)
-    assert "no result of pretravel" in run(
+    assert "not a result of pretravel" in run(
         "report", _map_of(command, tmp_path), "-o", tmp_path / "no.html", code=2
     )
 

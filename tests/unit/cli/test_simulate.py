@@ -91,10 +91,10 @@ class TestSimulate:
     @pytest.mark.parametrize(
         ("surface", "extra", "words"),
         [
-            ("cube:a=3", [], "no known shape"),
+            ("cube:a=3", [], "is not a known shape"),
             ("sphere:", [], "radius= is missing"),
             ("sphere:radius=-3", [], "must be positive"),
-            ("sphere:radius=12.5,q=3", [], "is no parameter"),
+            ("sphere:radius=12.5,q=3", [], "is not a parameter"),
             ("sphere:radius=12.5,radius=12", [], "given twice"),
             ("plane", [], "polar= is missing"),
             ("plane:polar=400", [], "between 0 and 180"),

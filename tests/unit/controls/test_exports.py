@@ -279,7 +279,7 @@ class TestControls:
         assert table_travel(mean_map(0.01), None) == 0.0
         with pytest.raises(PretravelError, match="contains none"):
             table_travel(mean_map(0.01), 60.0)
-        with pytest.raises(PretravelError, match=r"4\.000 ms; a table holds for one feed"):
+        with pytest.raises(PretravelError, match=r"4\.000 ms, which a table contains for one feed"):
             table_travel(delayed, None)
         assert ExportSettings().largest_deviation == pytest.approx(2e-5)
 

@@ -228,7 +228,7 @@ class TestProgram:
         assert made.checked == ()
         unchecked = " ".join(made.unchecked)
         assert "[limits]" in unchecked
-        assert "the place of G54" in unchecked
+        assert "the origin of G54" in unchecked
         assert "its geometry was not given" in unchecked
         # 8 touches, each 2 mm there and 2 mm back; down 45 mm, and over: 45 + 10 + 44 mm.
         measuring = 4 * 2.0 / 50.0 + 4 * 2.0 / 100.0
@@ -270,7 +270,10 @@ class TestProgram:
         limits = np.array([[-500.0, 500.0]] * 3)
         machine = replace(MACHINE, work=work_placement(0, 0, 0), limits=limits)
         made = _planned(Targets(12.5 * UP, UP), machine, obstacles=[BALL])
-        sphere = "the moves do not hit the sphere, no shank given. Other obstacles are not checked"
+        sphere = (
+            "the moves do not hit the sphere, whose shank was not given. "
+            "Other obstacles are not checked"
+        )
         assert made.checked == ("the machine's limits", sphere)
         assert made.unchecked == ()
         text = linuxcnc_program(made, "a_log.ngc")

@@ -279,7 +279,7 @@ def test_a_folder_that_cannot_be_written_is_said(
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     monkeypatch.setenv(reduction_cache.FOLDER_VARIABLE, str(blocked))
-    with pytest.warns(UserWarning, match="is not used .* is no folder"):
+    with pytest.warns(UserWarning, match="is not used .* is not a folder"):
         reduced_model(omp40, COARSE)
 
 

@@ -173,7 +173,7 @@ def test_a_journal_holds_what_was_put_in(tmp_path: Path) -> None:
 
 def test_a_file_that_is_no_journal_is_refused(tmp_path: Path) -> None:
     journal_path(tmp_path / "study.nc").write_text("a text, not a journal, " * 100)
-    with pytest.raises(PretravelError, match="no journal of a study"):
+    with pytest.raises(PretravelError, match="not a journal of a study"):
         run_study(study(), tmp_path / "study.nc", ALONE)
     run_study(study(), tmp_path / "study.nc", ALONE, restart=True)
     assert len(read_results(tmp_path / "study.nc")) == 6
@@ -227,7 +227,7 @@ def test_a_link_beside_an_output_replaces_no_file(tmp_path: Path) -> None:
         Journal(path, "digest")
     assert not letters.exists()
     letters.write_text("dear reader")
-    with pytest.raises(PretravelError, match="no journal of a study"):
+    with pytest.raises(PretravelError, match="not a journal of a study"):
         Journal(path, "digest")
     with Journal(path, "digest", anew=True):
         assert path.is_file()

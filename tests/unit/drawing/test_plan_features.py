@@ -61,7 +61,7 @@ def test_points_are_chosen_by_the_name_of_the_feature(tmp_path: Path) -> None:
     ("name", "text", "message"),
     [
         ("a.dmi", "F(A)=FEAT/PLANE,CART,0,0,0,0,0,1\n", "no UNITS before its features"),
-        ("a.dmi", "MEAS/POINT,F(P),1\n", "no DMIS plan"),
+        ("a.dmi", "MEAS/POINT,F(P),1\n", "not a DMIS plan"),
         ("a.dmi", "UNITS/MM\nF(A)=FEAT/PLANE,CART,0,0,x,0,0,1\n", "line 2"),
         ("a.dmi", "UNITS/MM\nF(A)=FEAT/PLANE,CART,0,0\n", "2 numbers"),
         ("a.dmi", "UNITS/MM\nF(A)=FEAT/POINT,CART,0,0,0,0,0,1\n", "names no feature"),

@@ -170,7 +170,7 @@ class TestMaterial:
         text = toleranced("POSITION_TOLERANCE()", 14, datums=2142)
         (one,) = bracket(ALL_DATUMS, more, text, ROUND_ZONE).drawn.not_decided
         assert one.characteristic == "position to A|B(translation)"
-        assert "datum B(translation) is modified" in one.reason
+        assert "datum B(translation) has a modifier" in one.reason
 
 
 @pytest.mark.parametrize(

@@ -262,7 +262,7 @@ class TestDatumTargets:
         assert (datum.faces, datum.targets) == ((3,), ((10.0, 10.0, 20.0, 5.0),))
         away = _target(2410, "1", "circle", (10.0, 10.0, 21.0), 5.0)
         found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + away.partition("#2418=")[0])
-        assert found.drawn.left_out == {2400: "the text binds it to no face"}
+        assert found.drawn.left_out == {2400: "the file does not assign it to a face"}
 
     def test_one_point_is_a_datum_of_touched_places(self, bracket: Reader) -> None:
         found = bracket(

@@ -96,7 +96,7 @@ def test_inches_become_millimetres_and_directions_stay() -> None:
         ("PLANE TOP", "PLANE HOLE1", 17, "HOLE1 occurs twice"),
         ("D          20.0000", "E          20.0000", 1, "needs the results X, Y, Z, I, J, K, D"),
         ("K           1.0000      1.0000", "K           0.5000      0.5000", 1, "length 0.5"),
-        ("0.0010      0.0500     -0.0500   ----*++++", "----*++++", 3, "is no line of a listing"),
+        ("0.0010      0.0500     -0.0500   ----*++++", "----*++++", 3, "is not a line of a list"),
         ("      CIRCLE HOLE1", "Part 7\n      CIRCLE HOLE1", 1, "before the first feature"),
     ],
 )  # fmt: skip

@@ -26,7 +26,7 @@ class TestDmis:
 
     def test_features_are_named(self, tmp_path: Path) -> None:
         found = read_dmis(written(tmp_path, DMIS_OUTPUT), 3.0)
-        assert found.warnings == ("features are left out, because they are no touches: C1 CIRCLE",)
+        assert found.warnings == ("features are left out, because they are not touches: C1 CIRCLE",)
         circles = "FA(C1)=FEAT/CIRCLE,INNER,CART,50,50,40,0,0,1,50\n"
         with pytest.raises(InputError, match=r"contains features \(C1 CIRCLE\), but no measured"):
             read_dmis(written(tmp_path, circles))

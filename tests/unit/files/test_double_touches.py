@@ -104,7 +104,7 @@ def test_without_feeds_pairs_are_kept_and_unequal_ones_are_told() -> None:
     with pytest.raises(InputError, match=r"more readings than the plan.*touched twice"):
         read_readings(log, STATED)
     odd = SourceFile("a.log", log.content + b"[PRB:20.000,0.000,3.000:1]\n")
-    with pytest.raises(InputError, match=r"line 39: this touch has no second one"):
+    with pytest.raises(InputError, match=r"line 39: this touch is not followed by a second"):
         read_readings(odd, replace(STATED, double_touches="last"))
 
 
@@ -114,7 +114,7 @@ def test_repeats_are_repeats() -> None:
     seen = np.repeat(PLAN.points, 2, axis=0) + np.array([0.0, 0.0, 3.0])
     seen[:, 2] += rng.normal(0.0, 0.001, len(seen))
     lines = tuple(range(1, len(seen) + 1))
-    assert "no repeats" not in " ".join(join(FilePositions("a", seen, lines), TWICE, 3.0).notes())
+    assert "not repeats" not in " ".join(join(FilePositions("a", seen, lines), TWICE, 3.0).notes())
     same = FilePositions("a", seen, lines, feeds=np.full(len(seen), 100.0))
     assert len(join(same, TWICE, 3.0).touches) == 12
 
@@ -184,7 +184,7 @@ def test_the_last_of_three_touches_of_each_place_is_kept() -> None:
     assert found.touches.positions[:, 2].tolist() == [3.0] * 6
     assert "12 earlier touches of their places left out" in found.touches.reading
     one_more = f"{text}[PRB:20.000,10.000,3.000:1]\n"  # 19 touches
-    with pytest.raises(InputError, match="no second one"):
+    with pytest.raises(InputError, match="not followed by a second touch"):
         read_readings(SourceFile("three.log", one_more.encode()), options)
 
 

@@ -51,16 +51,20 @@ def test_bounds_of_every_number(name: str) -> None:
         ({"body_diameter": 4.5}, {"body_diameter": 4.49}, "not thinner than the stem"),
         ({"clearance": 1.999}, {"clearance": 2.0}, "less than the start distance"),
         # A fifth of the stylus, and 10 mm at the most.
-        ({"overtravel": 10.0}, {"overtravel": 10.01}, "stylus of 50 mm bears 10 mm at most"),
+        (
+            {"overtravel": 10.0},
+            {"overtravel": 10.01},
+            "stylus of 50 mm can deflect by 10 mm at most",
+        ),
         (
             {"overtravel": 4.0, "stylus_length": 20.0},
             {"overtravel": 4.01, "stylus_length": 20.0},
-            "stylus of 20 mm bears 4 mm at most",
+            "stylus of 20 mm can deflect by 4 mm at most",
         ),
         (
             {"overtravel": 10.0, "stylus_length": 200.0},
             {"overtravel": 10.01, "stylus_length": 200.0},
-            "stylus of 200 mm bears 10 mm at most",
+            "stylus of 200 mm can deflect by 10 mm at most",
         ),
         # The distance to stop, v² / 50 mm/s² + 3 ms · v, is 10 mm at 22.286 mm/s, 1337.2 mm/min.
         (

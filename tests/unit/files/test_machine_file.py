@@ -57,12 +57,16 @@ class TestMachineFile:
             ),
             ("measuring_mm_min = 50 -> measuring_mm_min = 99999", True, "between 0.1 and 3000"),
             ("measuring_mm_min = 50 -> measuring_mm_min = nan", True, "finite"),
-            ("overtravel_mm = 2 -> overtravel_mm = 60", True, "stylus of 50 mm bears 10 mm"),
+            (
+                "overtravel_mm = 2 -> overtravel_mm = 60",
+                True,
+                "stylus of 50 mm can deflect by 10 mm",
+            ),
             ("overtravel_mm = 2 -> overtravel_mm = 900000", True, "between 0.01 and 100"),
             (
                 "positioning_mm_min = 1000 -> positioning_mm_min = 12000",
                 True,
-                "travels 321 mm further .*bears 10 mm",
+                "travels 321 mm further .*can deflect by 10 mm",
             ),
             (
                 'tool = "none" -> tool = 1.5',

@@ -121,9 +121,9 @@ def test_the_dataset_of_a_map_has_its_numbers(tmp_path: Path, touches: pretravel
 
 
 def test_other_values_are_refused() -> None:
-    with pytest.raises(TypeError, match="a str is no table"):
+    with pytest.raises(TypeError, match="a str is not a table"):
         dataframe("text")
-    with pytest.raises(TypeError, match="a str is no dataset"):
+    with pytest.raises(TypeError, match="a str is not a dataset"):
         dataset("text")
 
 

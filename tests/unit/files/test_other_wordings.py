@@ -200,7 +200,7 @@ class TestFrames:
         with pytest.raises(PretravelError, match="line 3: z_mm is empty"):
             touches_meant(absent)
         twice = self.FRAME.set_axis(["x_mm", "x_mm", "z_mm", "nx", "ny", "nz"], axis=1)
-        with pytest.raises(PretravelError, match="have one name: x_mm"):
+        with pytest.raises(PretravelError, match="have the same name: x_mm"):
             touches_meant(twice)
 
 

@@ -88,7 +88,7 @@ def test_a_number_that_is_a_name_and_a_column_twice_are_refused() -> None:
     file = SourceFile("a.csv", _table("Report,Part 5,Rev,3", ",", labels=True).encode())
     for columns, words in (
         ({"x": "2", "y": "3", "z": "4"}, "the name of column 4 and the number of another"),
-        ({"x": "2", "y": "2", "z": "4"}, "are one column"),
+        ({"x": "2", "y": "2", "z": "4"}, "name the same column"),
     ):
         with pytest.raises(InputError, match=words):
             read_readings(file, ReadingOptions(units="mm", columns=columns))

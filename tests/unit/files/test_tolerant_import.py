@@ -157,7 +157,7 @@ HEAD = "X;Y;Z;I;J;K\n"
         ("1.5;2;3;4\n", {}, "not a label or a running number"),
         ("1 2 3 0 0 1\n4 bad 6 0 0 1\n", {}, "line 2: column 2 is 'bad'"),
         ("1 bad 3\n4 5 6\n", {}, "line 1: 'bad' is not a number"),
-        (HEAD + "1;2;3;10;20;30\n" * 3, {}, "I, J, K are no unit vectors"),
+        (HEAD + "1;2;3;10;20;30\n" * 3, {}, "I, J, K are not unit vectors"),
         ("A;B;C\n1;2;3\n", {}, "names no coordinate: A, B, C. Give the columns"),
         (HEAD + "1;2;3;0;0;1\n", {"columns": {"x": "W"}}, "the column 'W', given as x, is not"),
         (HEAD + "1;2;3;0;0;1\n", {"columns": {"q": "X"}}, "no quantity 'q'"),
@@ -422,7 +422,7 @@ class TestNewcomer:
         for words in (
             "format csv",
             "decimal comma",
-            "sphere of diameter 1.2192 (as inches: 30.96",
+            "diameter 1.2192 (as inches: 30.96",
             "missing            the unit of length: give mm or inch",
             "add --units mm or --units inch",
         ):

@@ -222,7 +222,7 @@ def test_degrees_of_freedom_of_circles_by_hand() -> None:
     [
         (lambda t: replace(t, spindle=None), "column spindle_deg"),
         (lambda t: replace(t, spindle=np.zeros(len(t))), "one orientation"),
-        (lambda t: replace(t, spindle=t.spindle + 0.1), "no whole step of 30°"),
+        (lambda t: replace(t, spindle=t.spindle + 0.1), "is not a whole step of 30°"),
         (lambda t: _tilted(t), "off the plane across"),
         (lambda t: _moved_beside(t), "off one of 12 equal steps"),
         (lambda t: _with_directions(t, 5), "have 5 directions"),

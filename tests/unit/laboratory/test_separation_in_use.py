@@ -181,7 +181,7 @@ def test_errors_are_drawn_by_direction() -> None:
         assert part.mean() == pytest.approx(mean, abs=5.0 * np.sqrt(variance / 20000))
         assert part.var() == pytest.approx(variance, rel=5.0 * np.sqrt(2.0 / 20000))
     oblique = np.array([[0.6, 0.0, 0.8]])
-    with pytest.raises(PretravelError, match="give the noise there") as error:
+    with pytest.raises(PretravelError, match="give the noise along the axis") as error:
         _scatter().drawn(oblique, np.eye(3), np.random.default_rng(1))
     assert error.value.inputs == ("noise",)
     many = _scatter(0.6).drawn(
@@ -224,7 +224,7 @@ def test_simulate_with_a_separation(tmp_path: Path, separated: Path) -> None:
     pole = tmp_path / "pole.csv"
     write_csv_table(pole, {"nx": [0.0], "ny": [0.0], "nz": [1.0]})
     told = run(*arguments[:5], pole, "--machine", separated, "-o", tmp_path / "p.csv", code=2)
-    assert "give the noise there" in told
+    assert "give the noise along the axis" in told
     assert "--noise" in told
 
 

@@ -222,7 +222,7 @@ def test_the_picture_has_the_tip_at_each_orientation() -> None:
     (dots,) = (mark for mark in place.marks if isinstance(mark, Dots))
     assert dots.x == pytest.approx([4.0, 3.0, -4.0, -3.0])
     assert dots.y == pytest.approx([-3.0, 4.0, 3.0, -4.0])
-    assert "no statement of conformity" in standards_document(check).verdict
+    assert "not a statement of conformity" in standards_document(check).verdict
 
 
 class TestOrientations:

@@ -81,7 +81,7 @@ def test_touches_at_several_orientations_are_not_of_a_map_that_states_none() -> 
     made, touches = _qualified(None), scene_of(Job("baseline", 4, "harmonic")).later_touches
     turns = np.radians(np.where(np.arange(len(touches)) < 40, 0.0, 180.0))
     apply(touches.with_spindle(np.pi), made)
-    with pytest.raises(PretravelError, match=r"turns among the touches \(to 180° at"):
+    with pytest.raises(PretravelError, match=r"turns between the touches \(to 180° at"):
         apply(replace(touches, spindle=turns), made)
 
 

@@ -167,11 +167,15 @@ class TestComparison:
                    "--plot", tmp_path / "c.png")  # fmt: skip
         assert "part: max" in told
         # The map left "full map 0.00" of itself: what it leaves is its u, of this one unknown.
-        assert re.search(r"^map \(twice the largest u, rms of u\) *$", told, re.MULTILINE)
+        assert re.search(
+            r"^map \(max is twice its largest u, rms that of u\) *$", told, re.MULTILINE
+        )
         write_map(tmp_path / "known.json", example_map())
         known = run("compare", tmp_path / "known.json")
         numbers = r"\) +[1-9]\.\d\d +0\.[1-9]\d"
-        assert re.search(r"^map \(twice the largest u, rms of u" + numbers, known, re.MULTILINE)
+        assert re.search(
+            r"^map \(max is twice its largest u, rms that of u" + numbers, known, re.MULTILINE
+        )
         assert "one radius, mean around the equator" in told
         table = rows(tmp_path / "c.csv")
         assert {row["where"] for row in table} == {"equator", "all", "part"}

@@ -479,9 +479,9 @@ class TestRefused:
             ("h1", "position", "A|Q", "", "datum Q is not among"),
             ("h1", "coaxiality", "h1", "", "cannot be a datum of itself"),
             ("h1 h2", "coaxiality", "A", "", "a pattern has a position"),
-            ("h1", "parallelism", "A", "", "this is no parallelism"),
+            ("h1", "parallelism", "A", "", "a tolerance of parallelism does not fit"),
             ("A", "position", "B", "M", "has no material condition"),
-            ("h1", "position", "A(M)|B|C", "", "no datum at maximum material"),
+            ("h1", "position", "A(M)|B|C", "", "is not a datum at maximum material"),
         ],
     )
     def test_tolerances(

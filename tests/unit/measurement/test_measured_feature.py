@@ -314,7 +314,7 @@ def _refused_points() -> dict[str, tuple[FloatArray, FloatArray, str, dict[str, 
     noisy = (10.0 + OWN * np.random.default_rng(1).normal(size=15))[:, None] * many
     machine = r"uncertainty by the machine is .* negative"
     return {
-        "a boss is no bore": (ring, outward, "bore", {}, "this is a boss, not a bore"),
+        "a boss is not a bore": (ring, outward, "bore", {}, "this is a boss, not a bore"),
         "bore and boss": (ring, mixed, "bore", {}, "point 5 points to the other side"),
         "two heights": (twisted, -outward, "bore", {"axis": Z}, "do not lie in one plane"),
         "one height": (noisy, -many, "cylinder", {}, r"as a circle|in one circle"),

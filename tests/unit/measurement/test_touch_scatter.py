@@ -193,4 +193,4 @@ def test_compensate_refuses_what_is_no_separation(tmp_path: Path) -> None:
         wrong.write_text(content)
         told = run("compensate", tmp_path / "touches.csv", "--map", "omp40-2", "--machine", wrong,
                    "-o", tmp_path / "p.csv", code=2)  # fmt: skip
-        assert "no result of separate" in told
+        assert "not a result of separate" in told

@@ -185,6 +185,6 @@ def test_a_gross_touch_is_named_and_left_out(repeats: int, row: int) -> None:
     assert result.changed_with_gross == (repeats < REPEATS)
     told = " ".join(result.warnings)
     assert f"touch {row + 1}" in told
-    same = "the verdict is the same with it"
-    different = "without it the verdict is: no change; with: changed"
+    same = "the verdict is the same with this touch"
+    different = "without this touch the verdict is: no change; with: changed"
     assert (same if repeats == REPEATS else different) in told

@@ -167,7 +167,7 @@ def _wrong(**changes: object) -> Touches:
     [
         (_wrong(references=("ring",) * 96), "none of the references (block)"),
         (_wrong(references=("block@x",) * 96), "a turn in degrees is needed"),
-        (_wrong(references=("block@20",) * 96), "no face of a block that is turned by 20°"),
+        (_wrong(references=("block@20",) * 96), "not a face of a block that is turned by 20°"),
         (_wrong(references=None, labels=None).take([0, 1, 2, 3]), "degrees of freedom"),
     ],
 )
@@ -191,7 +191,9 @@ def test_refused(touches: Touches, reason: str) -> None:
 def test_a_size_that_the_touches_contradict(sizes: tuple[float, ...], refused: bool) -> None:
     block = [Reference("block", "block", sizes)]
     if refused:
-        with pytest.raises(PretravelError, match=r"its touches are 50\.00 and .* or in inches"):
+        with pytest.raises(
+            PretravelError, match=r"its touches are 50\.00 and .* or is the size in inches"
+        ):
             fit_references(_wrong(), block, tip_diameter=6.0)
         return
     assert len(fit_references(_wrong(), block, tip_diameter=6.0).terms) == 9

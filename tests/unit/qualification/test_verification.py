@@ -243,12 +243,16 @@ def test_what_gross_touches_do_to_the_verdict_is_said() -> None:
     one = Outlier((3,), 0.02, 0.001, "t4 lies off")
     assert _gross_warnings((), True, False) == []
     assert _gross_warnings((one,), True, True) == [
-        "t4 lies off. It was left out", "the verdict is the same with it"]  # fmt: skip
-    assert _gross_warnings((one, one), False, False)[2] == "the verdict is the same with them"
-    assert _gross_warnings((one,), False, True)[1] == (
-        "without it the verdict is: no change; with: changed. Touch there again"
+        "t4 lies off. It was left out", "the verdict is the same with this touch"]  # fmt: skip
+    assert (
+        _gross_warnings((one, one), False, False)[2] == "the verdict is the same with these touches"
     )
-    assert _gross_warnings((one, one), True, False)[2].startswith("without them the verdict is: ch")
+    assert _gross_warnings((one,), False, True)[1] == (
+        "without this touch the verdict is: no change; with: changed. Touch there again"
+    )
+    assert _gross_warnings((one, one), True, False)[2].startswith(
+        "without these touches the verdict is: ch"
+    )
 
 
 @pytest.mark.parametrize("feed", [49.4, 49.6, 50.4, 50.6])
@@ -364,7 +368,7 @@ class TestHistory:
     def test_other_files_are_left_alone(self, tmp_path: Path) -> None:
         result = check(touches(1))
         text, other = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
-        text.write_text("this is no history at all, whatever its ending says")
+        text.write_text("this is not a history at all, whatever its ending says")
         other.write_text('{"schema": "another program", "version": 1}\n')
         before = [text.read_bytes(), other.read_bytes()]
         for path in (text, other):

@@ -106,7 +106,7 @@ def test_warnings_are_directly_below_the_verdict_and_figures_have_u_and_k() -> N
     page = contents_text([plain_content()])
     body = page[page.index("<body>") :]
     order = ["The probe is good", "a warning", "Key figures", "Pictures", "All columns", "a note"]
-    order += ["Settings", "Command and input files", "Words of this page"]
+    order += ["Settings", "Command and input files", "Terms on this page"]
     places = [body.index(words) for words in order]
     assert places == sorted(places)
     assert "U (k = 2)" in page

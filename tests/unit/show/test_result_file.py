@@ -123,7 +123,7 @@ def _places(values: Any, key: str) -> list[dict[str, Any]]:
         ("values", ["P3"], "not those of a report"),  # a shorter column
         ("size", 10**400, "not those of a report"),
         ("digits", {"count": 10**9}, "not those of a report"),
-        ("format", "other", "no result of pretravel"),
+        ("format", "other", "not a result of pretravel"),
         ("version", 7, "another version"),
         ("template", "../secret.html", "another form"),
         ("document", 7, "not those of a report"),
@@ -169,7 +169,7 @@ def test_a_changed_file_is_refused(tmp_path: Path, key: str, changed: object, wo
     [
         ("[" * 100_000, "too deep"),
         ("<h1>hello</h1>", "not a result of pretravel in JSON"),
-        ("[]", "no result of pretravel"),
+        ("[]", "not a result of pretravel"),
         ('{"format": "pretravel result", "version": 1}', "a part of it is missing"),
     ],
 )

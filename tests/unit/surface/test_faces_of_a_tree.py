@@ -126,7 +126,7 @@ def test_a_mirror_and_a_sense_turn_the_outside_over(
         placed[:3, :3] = turn * [mirror, 1.0, 1.0]
         use = ShapeUse(1, reverses, placed)
         if mirror < 0.0 and bodies == (0, 0):
-            with pytest.raises(PretravelError, match="makes its mirror image"):
+            with pytest.raises(PretravelError, match="mirrors it"):
                 _face(content, use)
             continue
         face = _face(content, use)

@@ -112,7 +112,7 @@ def document_screen(
 
 def no_result() -> None:
     """Of a tab, before the first result."""
-    note("Nothing yet: what comes out stands here.")
+    note("No result yet: it will appear here.")
 
 
 def _head(document: Document) -> None:

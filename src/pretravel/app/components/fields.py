@@ -14,7 +14,7 @@ from pretravel.app.project import ScreenState
 _TYPING = 1000
 """Time without a key after which a number is finished; leaving the field finishes it at once. [ms]
 
-Until then it is no error: 24 on the way to 24.9987 contradicts the touches on a sphere of 25."""
+Until then it is not a fault: 24 on the way to 24.9987 contradicts the touches on a sphere of 25."""
 
 
 def typed_number(given: str) -> float:
@@ -23,7 +23,7 @@ def typed_number(given: str) -> float:
     Raises
     ------
     ValueError
-        It is no finite number; the text teaches.
+        It is not a finite number; the text teaches.
 
     >>> typed_number(" 25.4 ")
     25.4
@@ -32,14 +32,14 @@ def typed_number(given: str) -> float:
     >>> typed_number("1,024.5")
     Traceback (most recent call last):
         ...
-    ValueError: '1,024.5' is no number: write for example 25.4
+    ValueError: '1,024.5' is not a number: write for example 25.4
     """
     content = given.strip()
     single = content.count(",") == 1 and "." not in content
     try:
         value = float(content.replace(",", ".") if single else content)
     except ValueError:
-        raise ValueError(f"{content!r} is no number: write for example 25.4") from None
+        raise ValueError(f"{content!r} is not a number: write for example 25.4") from None
     if not math.isfinite(value):
         raise ValueError(f"{content} is not finite")
     return value
@@ -74,7 +74,7 @@ def number_field(
     limits: tuple[float, float] = (-math.inf, math.inf),
     hint: str = "",
 ) -> ui.input:
-    """A field for a number; what is no number within the limits is said below it and not stored.
+    """A field for a number; what is not a number within the limits is said below it and not stored.
 
     An empty field removes the setting, so that the default applies.
 

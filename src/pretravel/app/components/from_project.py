@@ -192,8 +192,8 @@ def _has_reference_of(state: ScreenState) -> str:
 def _say_reference(state: ScreenState) -> None:
     if _has_reference_of(state):
         title = title_of_screen(state.links[OF_REFERENCE].screen)
-        note(f"Reference and tip are those that this project has ({title}). Another one? Change "
-             "it.")  # fmt: skip
+        note(f"Reference and tip are those of this project ({title}). Change them if you use "
+             "others.")  # fmt: skip
 
 
 _ALIKE = {

@@ -117,7 +117,7 @@ async def take_result(state: ScreenState, name: str, source: ScreenState, place:
     if name_of_file:
         content = job.gives(result).get(name_of_file)
         if content is None:
-            raise PretravelError(f"{title_of_screen(source.name)} makes no {name_of_file} now")
+            raise PretravelError(f"{title_of_screen(source.name)} has no {name_of_file} now")
         file = StoredFile(name_of_file, content)
         state.files[name] = (file,)
         state.link(name, link_of_result(source, job, file.digest, name_of_file))

@@ -272,10 +272,10 @@ def _show_status(work: Work[Any], missing: str) -> None:
     if work.error:
         error_view(work.error)
         if work.result is not None:
-            note("The result below is that of earlier inputs. It cannot be used.")
+            note("The result below belongs to earlier inputs and cannot be used.")
     if work.held and work.result is not None:
         note(
-            f"{', '.join(work.held)}: correct it first. The result below is that of earlier inputs."
+            f"{', '.join(work.held)}: correct it first. The result below belongs to earlier inputs."
         )
     if work.cancelled:
         note(work.cancelled)

@@ -89,7 +89,7 @@ def statements_form(state: ScreenState) -> None:
     with folded("Laboratory, instrument, environment"):
         note(
             "You fill these fields in once: all screens of the project have them. A field that "
-            "a report needs and that stays open is shown as not stated."
+            "a report needs and that stays empty is shown as not stated."
         )
         file_drop(
             state, _DROPPED, "File of the laboratory", endings=(".toml",), limit=_LARGEST,

@@ -55,9 +55,9 @@
     const problems = [];
     const limit = Number(input.dataset.limit);
     let chosen = input.multiple ? [...files] : [...files].slice(0, 1);
-    if (chosen.length < files.length) problems.push("Only one file is taken here: the first one.");
+    if (chosen.length < files.length) problems.push("Only one file is accepted here: the first one.");
     for (const file of chosen)
-      if (file.size > limit) problems.push(`${file.name} is larger than ${limit / 1e6} MB, the most that is taken here.`);
+      if (file.size > limit) problems.push(`${file.name} is larger than ${limit / 1e6} MB, the largest size that is accepted here.`);
     chosen = chosen.filter((file) => file.size <= limit);
     let said = {};
     if (chosen.length) {

@@ -149,7 +149,7 @@ def _report(file: SourceFile, body: str, number: int) -> dict[str, float]:
         raise file.error(f"the report has no {', '.join(missing)}", number)
     if report.get("e") not in (0.0, 1.0):
         raise file.error(
-            "the report's e must be 1 (contact) or 0 (no contact); the probing has not ended",
+            "the report's e must be 1 (contact) or 0 (no contact): this probing has not ended",
             number,
         )
     return report

@@ -63,8 +63,8 @@ def read_klipper_log(source: Source) -> FileReadings:
             if of_contact not in (None, _CONTACT in line):
                 raise file.error(
                     f"'{_CONTACT} z=' states where the probe meets the bed, and 'is z=' where the "
-                    "toolhead was: they differ by the offsets of the probe. Make two files of "
-                    "the lines of two versions of Klipper",
+                    "toolhead was: they differ by the offsets of the probe. Put the "
+                    "lines of each version of Klipper into a file of its own",
                     number,
                 )
             of_contact = _CONTACT in line

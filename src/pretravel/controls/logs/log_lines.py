@@ -186,7 +186,7 @@ def _position(
             + (
                 "; use points as decimal signs"
                 if "," in remainder
-                else ". Delete a line of words if it is no miss and changes nothing"
+                else ". Delete a line of text that neither reports a miss nor changes anything"
             ),
             number,
         )

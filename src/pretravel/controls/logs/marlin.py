@@ -63,7 +63,7 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
                 name, place, testing = found.new_series("M48"), (), True
             found.take(name, (*place, touch[3]), number)
         elif _TEST_NOT_WHOLE.search(line):
-            raise file.error("the height is no number: 1 of 10: z: Z is needed", number)
+            raise file.error("the height is not a number: 1 of 10: z: Z is needed", number)
         else:
             found.read_statement(line, number)
     return found.readings(

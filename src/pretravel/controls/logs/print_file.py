@@ -81,7 +81,7 @@ def _result(
     nominal, actual, deviation = file.numbers([found[3], found[4], found[6]], number)
     if abs(actual - nominal - deviation) > _LAST_DIGIT:
         raise file.error(
-            f"DEV {deviation:g} is not ACTUAL {actual:g} less the nominal {nominal:g}", number
+            f"DEV {deviation:g} is not ACTUAL {actual:g} minus the nominal {nominal:g}", number
         )
     own = 1.0 if kind == "ANG" else scale
     return FeatureResult(

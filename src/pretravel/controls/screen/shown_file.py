@@ -48,7 +48,7 @@ class ColumnsOfTable:
 
 
 def columns_of_table(path: Path, options: ReadingOptions) -> ColumnsOfTable | None:
-    """The columns of a text table, to choose from; None of a file that is no such table.
+    """The columns of a text table, to choose from; None of a file that is not such a table.
 
     Parameters
     ----------

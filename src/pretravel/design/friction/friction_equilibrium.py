@@ -203,7 +203,7 @@ def equilibrium(
         return state
     if halvings == 0:
         raise ConvergenceError(
-            f"the seats with friction {mechanism.friction:g} found no equilibrium (residual "
+            f"no equilibrium was found with friction {mechanism.friction:g} at the seats (residual "
             f"{merit.max():.1e} of the preload after {_ITERATIONS} iterations): take more steps, "
             "or less friction"
         )

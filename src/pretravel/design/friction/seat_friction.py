@@ -257,8 +257,8 @@ def check_conditions(
     if 2 * cycles * steps * directions > MOST_STEPS:
         raise PretravelError(
             f"{cycles} cycles of {steps} steps, there and back, in {directions} "
-            f"direction{'s' if directions > 1 else ''} are too many: every step is kept, at most "
-            f"{MOST_STEPS} of all together (1 GB). After the first few a cycle repeats itself",
+            f"direction{'s' if directions > 1 else ''} are too many: every step is kept, and at "
+            f"most {MOST_STEPS} steps fit (1 GB). After the first few cycles nothing changes",
             inputs=("cycles", "steps"),
         )
     probe.refuse_uneven("a cycle with friction")

@@ -57,8 +57,8 @@ def refuse_other_probe(pretravel_map: PretravelMap, probe: Probe) -> None:
     """
     if probe.orientation.matrix[:, 2] @ pretravel_map.rotation[:, 2] < 1.0 - 1e-6:
         raise PretravelError(
-            "the axis of the description is not that of the map: give the orientation in which "
-            "the map was made in the description",
+            "the axis of the description is not that of the map: give the description "
+            "the orientation in which the map was made",
             inputs=("probe",),
         )
     if not same_tip(2.0 * probe.tip.radius, 2.0 * pretravel_map.tip_radius):

@@ -127,7 +127,7 @@ def slide(
     ------
     PretravelError
         A point outside the surface; a normal along the probe axis, where a stylus that deflects
-        only sideways cannot deflect; the process ``vertical`` on a surface that is no wall.
+        only sideways cannot deflect; the process ``vertical`` on a surface that is not a wall.
 
     References
     ----------

@@ -149,7 +149,7 @@ def _text_of_start(name: str, files: tuple[StoredFile, ...]) -> str:
     Raises
     ------
     PretravelError
-        A file that is no description.
+        A file that is not a description.
     """
     if not files:
         return start_text(name, None)
@@ -363,7 +363,7 @@ def _verdict(work: _Designs) -> None:
     elif result.changes or result.other.probe != result.design.probe:
         verdict_card(result.document().verdict)
     else:
-        note("B is still the start: move a slider, and B follows.")
+        note("B is still equal to the start: move a slider to change B.")
 
 
 def _tables(work: _Designs) -> None:

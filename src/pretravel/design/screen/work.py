@@ -203,7 +203,7 @@ def start_text(name: str, file: Path | None) -> str:
     Raises
     ------
     PretravelError
-        A file that is no description of a probe, or that names another file.
+        A file that is not a description of a probe, or that names another file.
     """
     from pretravel.app import own_description
     from pretravel.base import read_toml

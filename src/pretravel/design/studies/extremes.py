@@ -35,7 +35,7 @@ def extremes_between(
         span the whole circle.
     case : Case
     outputs : tuple of str
-        Of a study; those that are no value of a direction are left out.
+        Of a study; those that are not values of a direction are left out.
 
     Returns
     -------

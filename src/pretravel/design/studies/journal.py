@@ -51,7 +51,7 @@ class Journal:
     ------
     PretravelError
         Another process runs a study with this output; the journal belongs to another study, or
-        is no journal; the disk is full.
+        is not a journal; the disk is full.
     """
 
     def __init__(self, path: Path, digest: str, *, anew: bool = False) -> None:
@@ -129,7 +129,7 @@ class Journal:
 
     def _damaged(self) -> InputError:
         return InputError(
-            "this is no journal of a study, or a damaged one; start again",
+            "this is not a journal of a study, or a damaged one; start again",
             path=self.path,
             inputs=("restart",),
         )

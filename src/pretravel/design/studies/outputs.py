@@ -60,7 +60,7 @@ MEANINGS: Mapping[str, Mapping[str, OutputMeaning]] = {
     "sensing-distance": _spread("um", "sensing distance"),
     "pretravel": {
         **_spread("um", "pretravel"),
-        "pretravel_range": OutputMeaning("um", "greatest less least pretravel"),
+        "pretravel_range": OutputMeaning("um", "largest minus smallest pretravel"),
         "pretravel_deviation": OutputMeaning("um", "root mean square about the mean pretravel"),
         "pretravel_lobes": OutputMeaning(
             "um", "amplitude of the third harmonic around, at the largest polar angle up to 90°"

@@ -157,7 +157,7 @@ def read_results(path: str | Path) -> StudyResults:
     needed("h5netcdf", "scale")
     stored = read_dataset(file)
     if stored.attrs.get("format") != RESULTS_FORMAT:
-        raise file.error("these are no results of a study; pretravel study STUDY -o study.nc "
+        raise file.error("these are not results of a study; pretravel study STUDY -o study.nc "
                          "writes them")  # fmt: skip
     try:
         names = json.loads(str(stored.attrs["outputs"]))

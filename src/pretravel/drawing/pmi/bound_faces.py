@@ -121,7 +121,7 @@ class BoundFaces:
         )
 
     def beside(self, edges: list[Instance]) -> tuple[int, ...]:
-        """The faces that have one of some edges; none where one of these is no edge."""
+        """The faces that have one of some edges; none where one of these is not an edge."""
         numbers = {edge.number for edge in edges if "EDGE_CURVE" in edge.names}
         if len(numbers) < len(edges):
             return ()

@@ -203,7 +203,7 @@ class _Work:
         if place.others:
             raise NotStatedError(f"it is of {', '.join(place.others)}, not of a face alone")
         if not place.faces:
-            raise NotStatedError("the text binds it to no face")
+            raise NotStatedError("the file does not assign it to a face")
         own = [self.faces[number] for number in place.faces]
         other = [face for face in own if face.kind not in SURFACE_KINDS.values()]
         if other:
@@ -304,7 +304,7 @@ class _Work:
             raise NotStatedError(f"a {size.quantity} of a {kinds} is not decided here")
         features = [self.feature(group) for group in own]
         if any(each.tolerance for each in features):
-            raise NotStatedError("its feature has a tolerance of size before")
+            raise NotStatedError("its feature already has a tolerance of size")
         asked = next((name for words, name in _CRITERIA.items()
                       if any(note.startswith(words) for note in size.notes)), None)  # fmt: skip
         for each in features if asked else ():
@@ -339,7 +339,7 @@ class _Work:
     def add_width(self, size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> None:
         each = self.feature((*groups[0], *groups[1]), "slot")
         if each.tolerance:
-            raise NotStatedError("its feature has a tolerance of size before")
+            raise NotStatedError("its feature already has a tolerance of size")
         each.tolerance = size.limits()
         each.nominal = size.nominal
         each.remarks += [f"size: {note}" for note in size.notes]
@@ -445,7 +445,7 @@ class _Work:
         if place.others:
             raise NotStatedError(f"it is of {', '.join(place.others)}, not of a face alone")
         if not place.faces:
-            raise NotStatedError("the text binds it to no face")
+            raise NotStatedError("the file does not assign it to a face")
         own = tuple(self.faces[number] for number in place.faces)
         measured = {face.kind for face in own} <= set(SURFACE_KINDS.values())
         if measured and len(found := self.groups(place)) == 1:
@@ -503,7 +503,7 @@ class _Work:
             if unknown:
                 raise NotStatedError(f"its datum {unknown[0]} is not in the file")
             if set(each.modifiers) - {"M", "L"}:
-                raise NotStatedError(f"datum {each.text} is modified by what is not decided here")
+                raise NotStatedError(f"datum {each.text} has a modifier that is not decided here")
             names = [one.label for letter in each.letters for one in self.datums[letter]]
             groups.append(("-".join(names), bool(each.modifiers)))
         marked = [each for each in tolerance.datums if each.modifiers]

@@ -38,7 +38,7 @@ _OTHER_SIZES = (
     "rank order", "circumference diameter", "area diameter", "volume diameter",
     "defined by a sphere", "section", "any part of the feature", "common tolerance",
 )  # fmt: skip
-"""Sizes of ISO 14405-1 that are no size of the whole feature."""
+"""Sizes of ISO 14405-1 that are not sizes of the whole feature."""
 
 
 AREA, LINE = 4, 6

@@ -128,7 +128,7 @@ def diameters_of(size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> float |
     Returns
     -------
     float or None
-        2 of a radius; None: it is no diameter of them.
+        2 of a radius; None: it is not a diameter of them.
     """
     words = size.quantity.split()
     kinds = {group[0].kind for group in groups}

@@ -168,7 +168,7 @@ def _tokens(instance: Instance) -> Iterator[tuple[str, str]]:
     while at < len(text):
         found = _TOKEN.match(text, at)
         if found is None:
-            raise InputError(f"#{instance.number}: '{text[at : at + 20].strip()}' is no value")
+            raise InputError(f"#{instance.number}: '{text[at : at + 20].strip()}' is not a value")
         kind = found.lastgroup or ""
         yield kind, found[kind]
         at = found.end()

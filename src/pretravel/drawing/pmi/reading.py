@@ -312,7 +312,7 @@ class _Reading:
                 signs = tuple(sign for each in more if (sign := _sign(each)))
                 by_precedence.append((order, DatumReference(self.letters(datum), signs)))
             else:
-                raise PretravelError(f"#{instance.number} is no datum system")
+                raise PretravelError(f"#{instance.number} is not a datum system")
         if by_precedence:
             ordered = sorted(by_precedence, key=lambda pair: pair[0])
             found.insert(0, tuple(each for _, each in ordered))
@@ -479,7 +479,7 @@ class _Reading:
         kinds = [TOLERANCE_ENTITIES[name.removesuffix("_TOLERANCE")] for name in own
                  if name.removesuffix("_TOLERANCE") in TOLERANCE_ENTITIES]  # fmt: skip
         if len(kinds) != 1:
-            raise PretravelError("a tolerance of no kind that is known")
+            raise PretravelError("a tolerance of an unknown kind")
         values = instance.values("GEOMETRIC_TOLERANCE", "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE")
         magnitude, aspect = values[2:4]
         zone = None if magnitude is None else measure_of(self.part21, self.part21[magnitude])

@@ -113,7 +113,7 @@ class ToleranceRow:
         Raises
         ------
         PretravelError
-            Limits that are no number, or what contradicts the characteristic.
+            Limits that are not numbers, or what contradicts the characteristic.
         """
         return GeometricTolerance(
             self.characteristic, _zone(self), self.datum_words, self.material, **_typed(self.frame)
@@ -195,7 +195,7 @@ def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
         names = tuple(name.strip() for name in row.feature.split(","))
         if row.characteristic in (ROW_DISTANCE, ROW_ANGLE):
             if len(names) != 2:
-                raise PretravelError(f"{row.feature}: a {row.characteristic} is between two")
+                raise PretravelError(f"{row.feature}: a {row.characteristic} needs two features")
             nominal = row.stated.get("nominal")
             between.append(
                 DrawnRelation((names[0], names[1]), row.limits, row.characteristic, nominal)

@@ -285,7 +285,7 @@ def measure_face(result: PartResult, index: int) -> ShownResult[MeasuredFeatures
     Raises
     ------
     PretravelError
-        Too few touches on the face; a face that is no plane, cylinder, cone, sphere or torus.
+        Too few touches on the face; a face that is not a plane, cylinder, cone, sphere or torus.
     """
     if result.part is None or result.face is None or not 0 <= index < len(result.part.faces):
         raise PretravelError("this face is not one of the part: click another one")
@@ -294,8 +294,8 @@ def measure_face(result: PartResult, index: int) -> ShownResult[MeasuredFeatures
         raise PretravelError(f"no touch lies on face {face.number}: click another one")
     if face.kind not in _MEASURED_FACES:
         raise PretravelError(
-            f"face {face.number} is no plane, cylinder, cone, sphere or torus: it has no size. Its "
-            "deviations are in the picture"
+            f"face {face.number} is not a plane, cylinder, cone, sphere or torus: it has no size. "
+            "Its deviations are in the picture"
         )
     task = Measure(
         points=Path("points.csv"),

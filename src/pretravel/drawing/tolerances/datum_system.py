@@ -53,7 +53,9 @@ class DatumFeature:
         """A datum whose nominal place is where it is."""
         found = feature.association
         if feature.kind == BARE_SURFACE:
-            raise PretravelError(f"datum {feature.label} is touched places, no axis and no plane")
+            raise PretravelError(
+                f"datum {feature.label} consists of touched places: it has neither axis nor plane"
+            )
         return cls(feature, found.point, found.direction)
 
 
@@ -127,7 +129,7 @@ def datum_system(datums: Datums) -> DatumSystem:
     Raises
     ------
     PretravelError
-        A feature that is no datum (a line), or a nominal direction far from the measured one.
+        A feature that is not a datum (a line), or a nominal direction far from the measured one.
     ConvergenceError
 
     References
@@ -167,7 +169,7 @@ def datum_system(datums: Datums) -> DatumSystem:
 def _refuse_no_datum(datum: DatumFeature) -> None:
     kind, found = datum.feature.kind, datum.feature.association
     if kind == "line":
-        raise PretravelError("a line is no datum here; measure a plane, a slot or an axis")
+        raise PretravelError("a line is not a datum here; measure a plane, a slot or an axis")
     if kind != BARE_SURFACE and datum.direction is not None and found.direction is not None:
         cosine = abs(float(datum.direction @ found.direction))
         if cosine < math.cos(0.5):

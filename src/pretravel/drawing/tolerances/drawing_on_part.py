@@ -32,7 +32,7 @@ def drawing_on_part(drawing: Drawing, part: Part | None) -> Drawing:
     Returns
     -------
     Drawing
-        A datum ``face3`` that is no feature of the drawing is added as one.
+        A datum ``face3`` that is not a feature of the drawing is added as one.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def _with_kind(row: DrawnFeature, part: Part | None) -> DrawnFeature:
     kinds = list(dict.fromkeys(face.kind for face in own))
     if len(kinds) > 1 or kinds[0] not in MEASURED_FACES:
         raise PretravelError(
-            f"feature '{row.name}': its faces are {' and '.join(kinds)}, which is no feature to "
+            f"feature '{row.name}': its faces are {' and '.join(kinds)}, which is not a feature to "
             "measure: give its kind"
         )
     kind = kinds[0]

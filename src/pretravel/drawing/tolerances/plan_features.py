@@ -54,7 +54,7 @@ def read_plan_features(path: str | Path) -> tuple[Drawing, tuple[str, ...]]:
     Raises
     ------
     InputError
-        Neither QIF nor DMIS, no features, or a value that is no number.
+        Neither QIF nor DMIS, no features, or a value that is not a number.
 
     >>> import tempfile
     >>> plan = Path(tempfile.mkdtemp()) / "plan.dmi"
@@ -208,7 +208,7 @@ def _read_dmis(file: SourceFile, plan: _Plan) -> None:
         elif found := _OUTPUT.match(statement):
             outputs.append(_words(found[1]))
     if scale is None:
-        raise file.error("this is no DMIS plan: it has no UNITS")
+        raise file.error("this is not a DMIS plan: it has no UNITS")
     _dmis_outputs(plan, tolerances, outputs, scale)
 
 

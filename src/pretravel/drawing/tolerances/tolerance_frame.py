@@ -315,8 +315,8 @@ def _touched_places(placed: PlacedFeature) -> DatumFeature:
         nominal = points.positions - points.deviation[:, None] * normals
     else:
         raise PretravelError(
-            f"datum {placed.label} is touched places: give the part with its faces, or points that "
-            "align has written"
+            f"datum {placed.label} consists of touched places: give the part with its faces, or "
+            "points that align has written"
         )
     count = len(points)
     found = replace(feature.association, jacobian=-np.eye(count), point_rows=np.zeros((3, count)))
@@ -380,8 +380,8 @@ def _frame_of_form(placed: PlacedFeature, tolerance: GeometricTolerance) -> Fram
     own = placed.feature.association
     if placed.feature.kind not in _WITH_FORM[tolerance.kind] or own.direction is None:
         raise PretravelError(
-            f"{placed.label}: a {tolerance.kind} is that of a "
-            f"{' or '.join(_WITH_FORM[tolerance.kind])}, not of a {placed.feature.kind}"
+            f"{placed.label}: a {tolerance.kind} applies to a "
+            f"{' or '.join(_WITH_FORM[tolerance.kind])}, not to a {placed.feature.kind}"
         )
     return Frame(datum_system(()), own.point, own.direction)
 
@@ -413,8 +413,8 @@ def _frame_of_direction(
         direction = flat / size if size > _NO_DIRECTION else np.zeros(3)
     if abs(float(direction @ own.direction)) < math.cos(0.5):
         raise PretravelError(
-            f"{placed.label} is {math.degrees(math.acos(min(abs(cosine), 1.0))):.0f}° to datum "
-            f"{datum.label}: this is no {tolerance.kind}"
+            f"{placed.label} is {math.degrees(math.acos(min(abs(cosine), 1.0))):.0f}° from "
+            f"datum {datum.label}: a tolerance of {tolerance.kind} does not fit this angle"
         )
     return Frame(system, own.point, direction)
 

@@ -460,7 +460,7 @@ def _datum_float(
     found = datum.feature.association
     if datum.feature.kind not in ("circle", "bore", "boss", "cylinder"):
         raise PretravelError(
-            f"datum {datum.label}: a {datum.feature.kind} is no datum at maximum material here; "
+            f"datum {datum.label}: a {datum.feature.kind} is not a datum at maximum material here; "
             "bores, bosses and cylinders are"
         )
     assert found.direction is not None

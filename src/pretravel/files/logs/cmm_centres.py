@@ -55,7 +55,7 @@ def read_cmm_centres(source: Source, units: str | None = None) -> FilePositions:
         head, cells = _HEAD.match(line), line.split(";")
         if head is None or len(cells) < _CELLS:
             raise file.error(
-                f"'{shortened(line)}' is no line of tip centres: number;number;feature no "
+                f"'{shortened(line)}' is not a line of tip centres: number;number;feature no "
                 "compensation;1;x;y;z",
                 number,
             )

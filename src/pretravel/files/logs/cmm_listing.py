@@ -94,7 +94,7 @@ def read_cmm_listing(source: Source) -> list[ListedFeature]:
     ------
     InputError
         A line that is none of a listing, is cut off or contradicts another: a deviation that is
-        not the actual value less the nominal one, a point that is not where its deviation puts it.
+        not the actual value minus the nominal one, a point that is not where its deviation puts it.
         The message contains the line.
 
     >>> text = (
@@ -218,7 +218,7 @@ class _Listing:
         if abs(actual - nominal - deviation) > last_digit:
             raise self.file.error(
                 f"the deviation {deviation:g} of {quantity} is not its actual value {actual:g} "
-                f"less the nominal {nominal:g}",
+                f"minus the nominal {nominal:g}",
                 number,
             )
         if any(result.quantity == quantity for result in self.features[-1].results):
@@ -285,7 +285,7 @@ class _Listing:
 
     def _unknown(self, cells: list[str], number: int) -> Exception:
         return self.file.error(
-            f"'{shortened(' '.join(cells))}' is no line of a listing of features", number
+            f"'{shortened(' '.join(cells))}' is not a line of a listing of features", number
         )
 
 
@@ -378,8 +378,8 @@ def listing_touches(file: SourceFile, options: ReadingOptions) -> FileReadings:
     if not used:
         kinds = ", ".join(f"{feature.kind} {feature.name}" for feature in features[:8])
         raise file.error(
-            f"no feature of the listing ({kinds}) has normals at its points: planes, circles, "
-            "cylinders and spheres have. The given results are written as features",
+            f"the points of these features ({kinds}) have no normals; points of planes, circles, "
+            "cylinders and spheres have. The results can be written as features",
             inputs=("features",),
         )
     radius = checked_radius_taken_off(file, "a listing of a CMM", options.radius_taken_off)

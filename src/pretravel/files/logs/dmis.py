@@ -183,7 +183,7 @@ def _warnings(output: _Output) -> tuple[str, ...]:
     unknown = output.stated.warnings()
     if not output.features:
         return unknown
-    left = f"features are left out, because they are no touches: {_shown(output.features)}"
+    left = f"features are left out, because they are not touches: {_shown(output.features)}"
     return (left, *unknown)
 
 

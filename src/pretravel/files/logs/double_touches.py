@@ -278,8 +278,8 @@ def _last_ones(
         far = float(np.linalg.norm(positions[second] - positions[first]))
         if first == second or far >= _ONE_PLACE:
             raise InputError(
-                "this touch has no second one after it at its place, and the file has no feeds: "
-                "touches are in pairs where each place was touched twice",
+                "this touch is not followed by a second touch of the same place. The file has no "
+                "feeds: each place needs a pair of touches, first fast, then slow",
                 path=path,
                 line=lines[first],
                 inputs=("double_touches",),

@@ -173,7 +173,7 @@ class _Results:
             self.measure_point(words, number)
 
     def _read_statement(self, line: str, number: int) -> None:
-        """Read a line that is no point: a set begins or ends, a tool, a part …."""
+        """Read a line that is not a point: a set begins or ends, a tool, a part …."""
         known = _STATEMENTS.of(line) if line else (_STATEMENTS.table[-1], "")
         if known is None or known[0].means != "part" or known[0].then != "carried":
             self.stated.take(known, line, number)

@@ -323,8 +323,9 @@ def _double_touch(found: FilePositions, row: int, label: str) -> InputError:
     assert found.feeds is not None
     fast, slow = (f"{found.feeds[i]:g} mm/min (line {found.lines[i]})" for i in (row - 1, row))
     return found.error(
-        f"the target {label} was touched at {fast} and at once again at {slow}: a search and its "
-        "slow touch are no repeats of each other. Keep the last of them, or all with their feeds",
+        f"the target {label} was touched at {fast}, and directly afterwards at {slow}: a search "
+        "and its slow touch are not repeats of each other. Keep the last of them, or all with "
+        "their feeds",
         row,
         inputs=("double_touches",),
     )
@@ -474,7 +475,7 @@ def _unequal_pairs(
     warning = (
         f"the second of two touches of a target is {1e3 * mean:+.1f} µm from the first along the "
         f"approach, at {len(steps)} targets (scatter {1e3 * scatter:.1f} µm): a search and its "
-        "slow touch are no repeats of each other; keep the last of them"
+        "slow touch are not repeats of each other; keep the last of them"
     )
     return [warning]
 
@@ -482,8 +483,8 @@ def _unequal_pairs(
 def _possible_misses(lines: _TargetLines, owners: IntArray, beyond: FloatArray) -> str:
     """Return a warning that misses look like touches; it names outlying positions."""
     warning = (
-        "a miss gives a reading as a touch does, at the end of its move; the overtravel of the "
-        "moves (in the machine file) distinguishes them"
+        "a miss also gives a reading, at the end of its move: give the overtravel (in the machine "
+        "file), which distinguishes misses from touches"
     )
     further = beyond - np.median(beyond)
     outlying = [

@@ -184,7 +184,7 @@ class _SetElement:
         for word in (unit, unit.lower()):
             if word in known:
                 return known[word]
-        raise self.error(f"its length unit '{unit}' is not known, and FileUnits has none of it")
+        raise self.error(f"its length unit '{unit}' is not known, and FileUnits does not define it")
 
     def point_set(self, scale: float, main_unit: str | None) -> PointSet:
         """Read the whole set; the unit's millimetres and its name are the document's."""
@@ -213,7 +213,7 @@ class _SetElement:
         if not re.fullmatch("[0-9]{1,12}", stated.strip()):
             raise self.error("it does not give its count") from None
         if not 1 <= int(stated) <= len(self.document.file.content):
-            raise self.error(f"its count is {stated}: it has no points, or not so many")
+            raise self.error(f"its count is {stated}, which cannot be its number of points")
         return int(stated)
 
     def _refuse_what_is_not_read(self) -> None:

@@ -162,7 +162,7 @@ class QifDocument:
             metres = finite_number(factor)
             if not 1e-12 <= metres <= 1e6:
                 raise self.file.error(
-                    f"the factor '{shortened(factor)}' of the length unit is no number of metres"
+                    f"the factor '{shortened(factor)}' of the length unit is not a number of metres"
                 )
             return metres * METRE
         name = (unit.findtext(self.path("UnitName")) or name or "meter").strip().lower()

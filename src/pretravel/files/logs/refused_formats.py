@@ -185,7 +185,7 @@ def _name_features(lines: list[str], width: int) -> bool:
 
 
 def _some_are_points(types: list[str]) -> bool:
-    """Whether some rows are points, and others are features whose centre is no touch."""
+    """Whether some rows are points, and others are features whose centre is not a touch."""
     points = any(_POINTS.match(_folded(cell)) for cell in types)
     return points and any(_CENTRES.match(_folded(cell)) for cell in types)
 
@@ -227,7 +227,7 @@ FEATURE_LIST = FileFormat(
     what="list of features or of their results: a diameter, a form, Nominal … Actual … Dev",
     recognises=_is_feature_list,
     refusal="this is a list of features (centres, diameters, forms) or of their results, as the "
-    "software of CMMs writes them, with the tip's radius subtracted: a row is no touch, and "
+    "software of CMMs writes them, with the tip's radius subtracted: a row is not a touch, and "
     "nothing is left to compensate. Let the software write the points that it measured, as tip "
     "centres with their normals, one row for each touch",
 )

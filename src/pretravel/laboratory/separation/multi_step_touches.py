@@ -183,7 +183,7 @@ def _setups(spindle: FloatArray, step: float) -> tuple[FloatArray, IntArray]:
     if off.max() > _SAME:
         worst = float(spindle[np.argmax(off)])
         raise PretravelError(
-            f"the orientation of {worst / DEGREE:g}° is no whole step of {step / DEGREE:g}° "
+            f"the orientation of {worst / DEGREE:g}° is not a whole step of {step / DEGREE:g}° "
             "between the directions: turn the probe by whole steps, so that each of its "
             "directions meets several of the machine's"
         )

@@ -51,7 +51,7 @@ COARSEST_READINGS = 5e-3
 """Coarser steps are refused: the errors of machine and probe are some micrometres. [mm]"""
 _FEWEST_DOF = 4.0
 _CLEARLY = 2.0
-"""Ratio of squared residuals of both senses that is no chance: without errors of the probe it is
+"""Ratio of squared residuals of both senses that is not chance: without errors of the probe it is
 near one, as far off as the root of 8 / dof."""
 _SQUARE_MICROMETRE = MICROMETRE**2
 
@@ -349,7 +349,8 @@ def _excluded_rows(readings: MultiStepReadings, exclude: Sequence[tuple[int, int
         rows = (readings.machine == machine) & (readings.probe == probe)
         if not np.any(rows):
             raise PretravelError(
-                f"no reading to leave out has machine {machine} with probe {probe}",
+                f"there is no reading of machine direction {machine} with probe direction "
+                f"{probe} to exclude",
                 inputs=("exclude",),
             )
         out |= rows

@@ -205,7 +205,7 @@ class StandardCheck:
 
     @property
     def why_no_conformity(self) -> tuple[str, ...]:
-        """Why this is no statement of conformity to the standard; empty where it is one."""
+        """Why this is not a statement of conformity to the standard; empty where it is one."""
         reasons = []
         if any(figure.status == UNCHECKED for figure in self.figures):
             reasons.append(

@@ -148,7 +148,7 @@ def turns_the_other_way(found: TipOffset) -> bool:
 
 
 _CLEARLY = 9.0
-"""Ratio of squared residuals that is no chance."""
+"""Ratio of squared residuals that is not chance."""
 
 
 def _design(angles: FloatArray) -> FloatArray:

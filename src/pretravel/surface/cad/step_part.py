@@ -129,7 +129,7 @@ def _face(content: CadContent, use: ShapeUse, number: int, name: str) -> Face:
         raise PretravelError("its placement in the part changes its scale")
     mirrored = float(np.linalg.det(turn)) < 0.0
     if mirrored and not content.closed + content.open:
-        raise PretravelError("its placement in the part makes its mirror image")
+        raise PretravelError("its placement in the part mirrors it")
     rings, borders = face_boundary(brep, shape, record.surface)
     trim = Trim(rings, record.surface.domain.period) if rings else None
     if trim is not None and not borders and trim.covers(record.surface.domain):

@@ -42,7 +42,7 @@ def read_step(path: str | Path) -> CadContent:
     Raises
     ------
     InputError
-        A file that is no STEP file, or that the CAD kernel cannot read.
+        A file that is not a STEP file, or that the CAD kernel cannot read.
     MissingExtraError
         Without the extra ``cad``.
     """
@@ -79,7 +79,7 @@ def read_step_solids(path: str | Path) -> list[Any]:
     Raises
     ------
     InputError
-        A file that is no STEP file, that the CAD kernel cannot read, or that contains no solid.
+        A file that is not a STEP file, that the CAD kernel cannot read, or that contains no solid.
 
     Notes
     -----

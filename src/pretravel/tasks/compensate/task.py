@@ -131,7 +131,7 @@ class Compensate(
             "differ in the last "
             "number only (bore1-1, bore1-2, …) are one feature. surface: a digitised surface; "
             "the normals are on the side of +z.",
-            label="Feature whose normals the touches have",
+            label="Feature that gives the normals",
             words={"": "the touches give normals"},
             without=("nominal", SEVERAL_TIPS),
         ),

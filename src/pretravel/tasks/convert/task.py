@@ -59,7 +59,7 @@ def _is_no_page(path: object) -> bool:
     return Path(str(path)).suffix.lower() not in PAGES
 
 
-_WRITTEN = When("output", is_so=_is_no_page, what="an output that is no page")
+_WRITTEN = When("output", is_so=_is_no_page, what="an output that is not a page")
 
 
 class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, ("features",))):
@@ -156,7 +156,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         ------
         PretravelError
             Files that cannot be read; a page of several files; rotated work coordinates and no
-            frame; features for a file that is no table.
+            frame; features for a file that is not a table.
         """
         from pretravel.files import opened
         from pretravel.task import format_of_touches

@@ -273,7 +273,7 @@ _MEANING = {
     "size": "of the mean pretravel; ",
     "amplitude": "of the map's variation over the directions; ",
     "turn": "of the map about the probe axis; ",
-    "form": "of the remaining differences from the map, less those expected from noise "
+    "form": "of the remaining differences from the map, minus those expected from noise "
     "(negative: less than expected); ",
 }
 
@@ -379,8 +379,8 @@ def _days_table(history: FolderDrift) -> Table:
     return Table(
         tuple(columns),
         "Each day: difference from the map",
-        explanation=f"The map was made from {history.map_name}: the row of this file has what the "
-        "fit of the map left of its touches, and no form." if own else "",
+        explanation=f"The map was made from {history.map_name}: the row of this file has only the "
+        "residuals of the fit of the map, and no form." if own else "",
     )  # fmt: skip
 
 
@@ -457,7 +457,7 @@ def _future(history: FolderDrift) -> list[str]:
     late = [day.file.path.name for day in history.days if day.file.moment > tomorrow]
     if not late:
         return []
-    said = "that of the name, or the clock of this computer, is wrong, and trends with it"
+    said = "the date in the name, or the clock of this computer, is wrong, and so are the trends"
     return [f"{_shown(late)}: a date after today; {said}"]
 
 

@@ -335,7 +335,9 @@ def _readings(file: DatedFile, reading: _Reading, seen: dict[str, str]) -> FileR
         raise PretravelError(found.unfinished)
     other = seen.setdefault(found.touches.digest, file.path.name)
     if other != file.path.name:
-        raise PretravelError(f"its touches are those of {other}: a copy is no other day")
+        raise PretravelError(
+            f"its touches are those of {other}: a copy of a file is not another day"
+        )
     return found
 
 

@@ -53,9 +53,9 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
         "(without the error of the centre, which shifts all points alike)",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
-                      remark="when it was made; rms over the directions for which the map is "
-                      "needed, by default evenly spread directions. qualify prints an rms over "
-                      "more directions at the edge of the map"),
+                      remark="rms when the map was made, over the needed directions, which are "
+                      "evenly spread by default. The rms of qualify has more directions at the "
+                      "edge of the map"),
             KeyFigure("u today", _rms(plan.u_before), "µm",
                       remark="after the usual drift"),
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",
@@ -77,12 +77,13 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
 
 def _of_update(plan: TouchPlan) -> str:
     """What u contains that a qualification with the old map says."""
-    shown = "rms as qualify will print it, about"
+    shown = "about the rms that qualify will print"
     if not plan.prior.from_center:
         return shown
     return (
         f"{shown}. Of the error of the centre, which shifts all points alike and cancels in "
-        f"distances, this u contains only {PART_OF_CENTRE_IN_U}; the others contain nothing of it"
+        f"distances, this u contains only {PART_OF_CENTRE_IN_U}; the values above do not contain "
+        "the error of the centre"
     )
 
 

@@ -113,8 +113,8 @@ def _of_centers(result: MapUpdate) -> str:
         for one in (result.pretravel_map, result.prior_map)
     )
     return (
-        f"; of the error of the centre, both contain only {PART_OF_CENTRE_IN_U} (more with few "
-        f"touches); without this part {new} and {old} µm"
+        f". Of the error of the centre both contain only {PART_OF_CENTRE_IN_U}, which is larger "
+        f"with few touches; without this part {new} and {old} µm"
     )
 
 

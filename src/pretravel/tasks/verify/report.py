@@ -135,7 +135,7 @@ def _cause_figures(result: Verification) -> tuple[KeyFigure, ...]:
     if not result.causes:
         return ()
     named = [cause for cause in result.causes if cause.mentioned]
-    texts = [f"{cause_text(cause)}, with probability {cause.probability:.2f}" for cause in named]
+    texts = [f"{cause_text(cause)}, probability {cause.probability:.2f}" for cause in named]
     return (KeyFigure("likely cause", "; or ".join(texts)),)
 
 
@@ -145,7 +145,7 @@ def cause_text(cause: LikelyCause) -> str:
     >>> cause_text(LikelyCause("spring preload", 0.9, -0.12, 0.03))
     'spring preload lower by 12 % (u = 3 %)'
     >>> cause_text(LikelyCause("unknown", 0.9))
-    'unknown: no known cause has this pattern'
+    'unknown, because no known cause has this pattern'
     """
     size = abs(cause.value)
 
@@ -177,7 +177,7 @@ def cause_text(cause: LikelyCause) -> str:
             f"{amount(MICROMETRE, 'µm', 1)}"
         ),
         Cause.STEADIER: lambda: "less noise than in the touches of the map; no fault of the probe",
-        Cause.UNKNOWN: lambda: "unknown: no known cause has this pattern",
+        Cause.UNKNOWN: lambda: "unknown, because no known cause has this pattern",
         Cause.CHANCE: lambda: "chance: a false alarm",
     }
     return texts[cause.name]()

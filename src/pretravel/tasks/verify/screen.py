@@ -94,7 +94,7 @@ def _history(state: ScreenState) -> None:
         if not stored:
             return
         with ui.element("div").classes("button-row"):
-            _removing("Take the last day out", _shorter(stored[0]), state)
+            _removing("Remove the last day", _shorter(stored[0]), state)
             _removing("Begin a new history", (), state)
 
     live([state.listen], build, lambda: state.files["history"])

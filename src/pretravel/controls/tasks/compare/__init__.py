@@ -1,4 +1,4 @@
-"""Compare the errors that corrections leave of a map; or the designs of two probes."""
+"""Compare the errors after each correction of a map; or the designs of two probes."""
 
 import lazy_loader
 

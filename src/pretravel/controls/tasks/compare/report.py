@@ -76,7 +76,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
         "u of the map",
         result.u_map / MICROMETRE,
         "µm",
-        remark="rms; the errors of the other corrections do not contain it",
+        remark="rms; not contained in the errors of the other corrections",
     )
     return Document(
         title=title,
@@ -92,7 +92,9 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
 
 def _shown(method: str) -> str:
     return (
-        "map (twice the largest u, rms of u)" if method == FULL_MAP else _SHOWN.get(method, method)
+        "map (max is twice its largest u, rms that of u)"
+        if method == FULL_MAP
+        else _SHOWN.get(method, method)
     )
 
 

@@ -1,4 +1,4 @@
-"""Compare the errors that corrections leave of a map; or the designs of two probes."""
+"""Compare the errors after each correction of a map; or the designs of two probes."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _control_help() -> str:
 
 
 class Compare(Reported):
-    """Compare the errors that corrections leave, from tip radius alone to full map; or two probes.
+    """Compare the errors after each correction, from tip radius alone to full map; or two probes.
 
     The corrections are the tip radius alone, one radius (the mean around the equator), two axis
     radii, four directions, a sector table (touched at its angles, or made from the map), Woźniak's

@@ -242,7 +242,7 @@ class Export(Task):
         Field(
             help="The residual to minimise, the largest (max, the default) or the rms.",
             only=(_controls("criterion"),),
-            label="What is made small",
+            label="Residual to minimise",
             words={
                 "": "Usual: largest error",
                 "max": "Largest error",
@@ -270,7 +270,7 @@ class Export(Task):
             without=("show_template",),
             range=ANGLE,
             label="Azimuth of all touches",
-            hint="Empty: the mean around",
+            hint="Empty: the mean over the azimuths",
         ),
     ] = None
     feed: Annotated[

@@ -433,7 +433,7 @@ class ProgramPart(ProgramTask):
         Raises
         ------
         PretravelError
-            A surface that is no part; targets that cannot be reached; as `plan_program`.
+            A surface that is not a part; targets that cannot be reached; as `plan_program`.
         """
         from pretravel.controls.program import plan_program
         from pretravel.controls.surroundings import PartObstacle

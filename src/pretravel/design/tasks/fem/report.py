@@ -125,7 +125,7 @@ def _stress_tables(stresses: StressByDirection) -> tuple[Table, ...]:
     by_part = Table(
         tuple(columns),
         title="Highest stress of each part",
-        explanation="Von Mises, preload included, and where it is at the trigger of this touch; "
+        explanation="Von Mises, preload included, with its place, at the trigger of this touch; "
         "then the largest at the trigger over the azimuths, every 30° at the same polar angle. It "
         "is the mean over an element: at edges and seats it depends on the mesh.",
     )

@@ -119,7 +119,7 @@ def _motions_table(alignment: Alignment) -> Table:
             ),
             Column.of("unit of U", ["µm"] * 3 + ["°"] * 3),
         ),
-        title="Placement of the part in the machine (at the origin, U of a shift is larger)",
+        title="Placement of the part in the machine (U of a shift is larger at the origin)",
         explanation="Shifts of the part's origin along the machine's axes, and rotations about "
         "these axes. U: k = 2, more where few touches show the form of the faces. U of a shift is "
         "that of the middle of the touches, where it is smallest; at the origin it also contains U "
@@ -238,11 +238,10 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
     elif alignment.errors.excess > 0.0:
         found.append(
-            "the residuals are larger than the errors of the touches can explain. Of them, "
-            f"{alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation, corrected for "
-            "the degrees of freedom) come from the part or the touches: faces may be displaced, "
-            "wavy or of another size, or touches may scatter more than on the reference. u "
-            "contains this"
+            "the residuals are larger than the stated errors of the touches can explain. A "
+            f"standard deviation of {alignment.errors.excess / MICROMETRE:.2g} µm has another "
+            "cause: faces may be displaced, wavy or of another size, or touches may scatter more "
+            "than on the reference. u contains it"
         )
     if not alignment.errors.map_is_stated:
         found.append(

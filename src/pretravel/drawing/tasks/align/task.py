@@ -91,7 +91,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
             help="How datums are fitted. gaussian: least squares of all touches. outside: from "
             "outside the material (ISO 5459): tangent planes, inscribed bores and circumscribed "
             "bosses (associations of these names in measure), which rest on a few touches.",
-            label="Datums are associated",
+            label="Association of the datums",
             words={
                 "gaussian": "by least squares (Gaussian)",
                 "outside": "from outside the material (ISO 5459)",

@@ -1,4 +1,4 @@
-"""Points of a feature without those that are no touch of it."""
+"""Points of a feature without those that are not touches of it."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _named(points: Points, kind: str, found: MissedPoints) -> tuple[Points, list
     which = "point is" if len(found.rows) == 1 else "points are"
     said = f"{len(found.rows)} {which} far from the {kind} of the others"
     if points.state_uncertainty:
-        question = "A miss, which ends where its move ended, or a gross error? Leave it out, if so"
+        question = "Is it a miss (the end of a move) or a gross error? If so, leave it out"
         return points, [f"{said}: {named}. {question}"]
     said += f", a miss or a gross error, and left out: {named}"
     return points[np.delete(np.arange(len(points)), found.rows)], [said]

@@ -165,8 +165,8 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
         "residuals). At least, at most: 95 % bounds of a form (at the touched points) and of a "
         "distance near zero; U is then the difference between the value and the farther bound. "
         "The measured range contains the errors of the points. If these errors alone can explain a "
-        "form or a distance near zero, only 'at most' is given. It can be larger than the "
-        "measured range, because the errors may hide a part of the form.",
+        "form or a distance near zero, only 'at most' is given. This bound can be larger than "
+        "the measured range, because the errors may hide a part of the form.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 

@@ -131,7 +131,7 @@ class Measure(LaboratoryReport):
             '?, "bore1*", or by number, 10..21. Each --select is one feature.',
             metavar="LABELS",
             label="Points by label",
-            hint="bore1* bore2*: each is one; empty: all points",
+            hint="bore1* bore2*: each is one feature; empty: all points",
             without=("drawing",),
         ),
     ] = ()
@@ -141,7 +141,7 @@ class Measure(LaboratoryReport):
             help="Make a feature of each group of labels that differ in the last number only "
             "(bore1-1, bore1-2 … are bore1).",
             option="--group",
-            label="One feature for each name before a number",
+            label="One feature for each group of labels",
             without=("drawing",),
         ),
     ] = False
@@ -215,7 +215,7 @@ class Measure(LaboratoryReport):
             help="Association that decides a form tolerance: minimum-zone (ISO 1101), or "
             "gaussian, least squares.",
             words={"minimum-zone": "minimum zone (ISO 1101)", "gaussian": "least squares"},
-            label="Form by",
+            label="Association that decides the form",
         ),
     ] = "minimum-zone"
     probability: Annotated[
@@ -223,7 +223,7 @@ class Measure(LaboratoryReport):
         Field(
             help="Probability required to accept or to reject (ISO 14253-1).",
             range=(0.5, 0.9999),
-            label="Probability at which a decision is proven",
+            label="Probability required for a decision",
         ),
     ] = 0.95
     units: StatedUnits = None
@@ -234,7 +234,7 @@ class Measure(LaboratoryReport):
             help="Diameter of the tip, in mm, where a table of coordinates contains tip centres of "
             "a bore, boss or sphere; without it the coordinates are points of the surface.",
             range=TIP_BALL,
-            label="Diameter of the tip, of tip centres",
+            label="Diameter of the tip, for tip centres",
         ),
     ] = None
     u_machine_um: Annotated[
@@ -269,7 +269,7 @@ class Measure(LaboratoryReport):
             "new errors of the points (by direction, of machine and probe, where compensate had "
             "them), and fits again.",
             range=(100, 1_000_000),
-            label="Trials of a Monte Carlo, with U",
+            label="Monte Carlo trials, in addition to U",
             hint="Empty: none; 2000 takes seconds",
         ),
     ] = None

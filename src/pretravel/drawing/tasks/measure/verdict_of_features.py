@@ -30,7 +30,9 @@ from pretravel.drawing.tolerances.tolerances import (
 )
 from pretravel.show import Judgement
 
-_WITHOUT_MACHINE = ". This is no statement of conformity: u of the machine is not given"
+_WITHOUT_MACHINE = (
+    ". This is not a statement of conformity, because the uncertainty of the machine is not given"
+)
 
 
 def shown_name(feature: MeasuredFeature) -> str:
@@ -131,7 +133,7 @@ def _touched(inspected: InspectedFeature) -> str:
     several = len(inspected.conformities) > 1
     speaks = several and any(c.of_touched_points for c in inspected.conformities)
     inside = inspected.verdict is ConformityVerdict.CONFORMS
-    return f"; {inspected.feature.form_name}{AT_TOUCHED_POINTS}" if speaks and inside else ""
+    return f" ({inspected.feature.form_name}{AT_TOUCHED_POINTS} only)" if speaks and inside else ""
 
 
 def _decided_value(inspected: InspectedFeature) -> str:

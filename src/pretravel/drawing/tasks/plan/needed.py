@@ -178,7 +178,7 @@ def needed_touches(
         if expanded > 1.05 * SHARE_OF_TOLERANCE * width:
             warnings.append(
                 f"{row.name}: U is about {1e3 * expanded:.2g} µm, {100 * expanded / width:.0f} % "
-                f"of the tolerance of {width:.4g} mm: more touches would take longer than they help"
+                f"of the tolerance of {width:.4g} mm: more touches would hardly reduce U"
             )
     warnings += _unreached(hidden_rows, stylus)
     if not pieces:

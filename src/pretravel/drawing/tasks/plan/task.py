@@ -164,7 +164,7 @@ class PlannedDrawing(Result):
                 Column.of("narrowest tolerance", [row[3] for row in rows], "mm", Digits(4)),
             ),
             title="Touches of each feature",
-            explanation="U of the feature by the touches alone; form and machine come to it.",
+            explanation="U of the feature from the touches alone, without form and machine.",
         )
         title = f"Touches of {self.task.drawing.name if self.task.drawing else ''}"
         document = plan_document(self.found.plan, self.part, title)

@@ -143,7 +143,9 @@ def _judgement(check: StandardCheck) -> Judgement | None:
 def _verdict(check: StandardCheck) -> str:
     """What was found of the limits, and what that does not state."""
     reasons = ", and ".join(check.why_no_conformity)
-    without = f". This is no statement of conformity to the standard: {reasons}" if reasons else ""
+    without = (
+        f". This is not a statement of conformity to the standard: {reasons}" if reasons else ""
+    )
     return _compared(check) + without
 
 

@@ -43,7 +43,7 @@ _FEWEST_SHOWN = 4
 
 
 _METHOD = (
-    "After Nafi and Mayer: a reading is the error of the machine less that of the probe, with the "
+    "After Nafi and Mayer: a reading is the error of the machine minus that of the probe, with the "
     "noise of both. Readings at several orientations of the probe determine the errors by least "
     "squares (their sum over the machine's directions is zero), and the variances of all pairs of "
     "directions from the residuals."
