@@ -171,6 +171,7 @@ def _form_and_size(
         row["size"] = float(abs(diameter.value - size) <= diameter.expanded_u)
         row["size 2u"] = float(abs(diameter.value - size) <= 2.0 * diameter.u)
         row["size chi"] = ((diameter.value - size) / diameter.u) ** 2
+        row["size said"] = np.nan if row["size"] else float(bool(found.warnings))
         row["size u"], row["k"] = diameter.u, diameter.expanded_u / diameter.u
         row["size accepted"] = float(
             np.mean([each.verdict is ConformityVerdict.CONFORMS for each in decisions])
@@ -296,7 +297,8 @@ def printed(sets: Sequence[dict[str, dict[str, float]]]) -> None:
     """The tables, as Markdown."""
 
     def mean(name: str, column: str) -> float:
-        return float(np.mean([one[name].get(column, np.nan) for one in sets]))
+        seen = [value for one in sets if not np.isnan(value := one[name].get(column, np.nan))]
+        return float(np.mean(seen)) if seen else np.nan
 
     def percent(name: str, column: str) -> str:
         value = mean(name, column)
@@ -325,8 +327,9 @@ def printed(sets: Sequence[dict[str, dict[str, float]]]) -> None:
             ),
             "|",
         )
-    print("\n| size | u µm | k | χ² | covered by U % | covered by 2 u % | false acceptance % |")
-    print("| --- |" + " --- |" * 6)
+    print("\n| size | u µm | k | χ² | covered by U % | covered by 2 u % | false acceptance % |"
+          " of the others, warned % |")  # fmt: skip
+    print("| --- |" + " --- |" * 7)
     for name in (name for name in features if "size" in sets[0][name]):
         print(
             "|",
@@ -340,6 +343,7 @@ def printed(sets: Sequence[dict[str, dict[str, float]]]) -> None:
                     percent(name, "size"),
                     percent(name, "size 2u"),
                     f"{100.0 * mean(name, 'size accepted'):.1f}",
+                    percent(name, "size said"),
                 ]
             ),
             "|",

@@ -52,9 +52,10 @@ class Outcome:
 
     `error` is left after the best translation of the part, `error_here` counts from the centre of
     the reference that the same qualification found; each is a root mean square along the normals
-    of 200 points. The two χ² are the means of (error / u)² of both. `center_off` is the distance of
-    that centre from the true one. χ² at the rods and between them is of steep faces within 20° of
-    a rod's azimuth and of the middle between two. `false` and `found` count touches that are named
+    of 200 points. The two χ² are the means of (error / u)² of both. `covered` is the share of
+    points within 2 u of the truth, counted from that centre. `center_off` is the distance of that
+    centre from the true one. χ² at the rods and between them is of steep faces within 20° of a
+    rod's azimuth and of the middle between two. `false` and `found` count touches that are named
     as outliers. `alarm` says whether `verify` reports the unchanged probe as changed.
     """
 
@@ -67,6 +68,7 @@ class Outcome:
     u: float = np.nan
     chi_squared: float = np.nan
     chi_squared_moved: float = np.nan
+    covered: float = np.nan
     chi_squared_at_rods: float = np.nan
     chi_squared_between: float = np.nan
     center_off: float = np.nan
@@ -261,6 +263,7 @@ def _scores(scene: Scene, errors: np.ndarray, u: np.ndarray) -> dict[str, float]
         "u": float(np.sqrt(np.mean(u**2))) / MICROMETRE,
         "chi_squared": float(np.mean(squares)),
         "chi_squared_moved": float(np.mean((moved / u) ** 2)),
+        "covered": float(np.mean(squares <= 4.0)),
         "chi_squared_at_rods": _mean(squares[steep & (toward > near)]),
         "chi_squared_between": _mean(squares[steep & (away > near)]),
     }

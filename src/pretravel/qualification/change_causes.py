@@ -3,25 +3,27 @@
 Every cause is a pattern over the directions, or a change of the scatter, with a prior for its
 size. The probability of the touches under each is an integral over the size (Bayes); the centre of
 the reference is unknown throughout. A bent stylus and a moved tip shift the centre only, and
-touches on a sphere do not show them.
+touches on a sphere do not show them. A reference that drifts while it is touched is no change of
+the probe, but differs from the map in a pattern of its own: it is a cause, too.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
-from pretravel.maps import PretravelMap
+from pretravel.maps import PretravelMap, ReferenceDrift
 from pretravel.qualification.change_tests import (
     TouchesAndMap,
     covariance_if_turned,
     turned_value,
     without_center,
 )
+from pretravel.qualification.touch_order import relative_times
 
 
 class Cause(StrEnum):
@@ -34,6 +36,7 @@ class Cause(StrEnum):
     LOOSE = "loose stylus or tip"
     SOFT_SIDE = "softer to one side"
     ONE_DIRECTION = "one direction"
+    DRIFT = "drift of the reference"
     STEADIER = "steadier touches"
     UNKNOWN = "unknown"
     CHANCE = "chance"
@@ -44,9 +47,10 @@ CAUSES = {
     Cause.STYLUS_LENGTH: 0.15,
     Cause.TURNED: 0.20,
     Cause.TIP_SIZE: 0.15,
-    Cause.LOOSE: 0.15,
+    Cause.LOOSE: 0.10,
     Cause.SOFT_SIDE: 0.05,
     Cause.ONE_DIRECTION: 0.05,
+    Cause.DRIFT: 0.05,
     Cause.STEADIER: 0.02,
     Cause.UNKNOWN: 0.08,
 }
@@ -62,6 +66,7 @@ _LOG_ANY_TURN = math.log(0.05 * math.sqrt(2.0 * math.pi) * _TURNS / (2.0 * math.
 another orientation."""
 _SOFT = 2.0 * MICROMETRE
 _ONE_DIRECTION = 10.0 * MICROMETRE
+_DRIFT = 5.0 * MICROMETRE
 _SCATTER = 2.0
 """Of the logarithm of the ratio of variances: a factor of 2.7 in the standard deviation."""
 _UNKNOWN_SIZES = MICROMETRE * np.geomspace(0.1, 30.0, 9)
@@ -95,7 +100,8 @@ class LikelyCause:
     value, u : float
         Size of the change and its standard uncertainty if this is the cause: relative (preload,
         length), angle [rad], radius of the tip [mm], scatter over that of the map, largest
-        difference of a soft side or of one direction [mm]; nan where there is no size.
+        difference of a soft side or of one direction [mm], drift from the first touch to the last
+        [mm]; nan where there is no size.
     direction : tuple of float
         Where one direction alone has changed, probe frame; else empty.
     """
@@ -177,6 +183,7 @@ def _of_patterns(compared: TouchesAndMap, pretravel_map: PretravelMap) -> dict[C
         Cause.TURNED: _of_turn(compared, weights, pretravel_map),
         Cause.SOFT_SIDE: _of_soft_side(compared, weights),
         Cause.ONE_DIRECTION: _of_one_direction(compared, weights),
+        Cause.DRIFT: _of_drift(compared, weights),
         Cause.UNKNOWN: _Evidence(_of_unknown(compared)),
     }
     for name, relative in _MODEL.items():
@@ -261,17 +268,40 @@ def _of_soft_side(compared: TouchesAndMap, weights: FloatArray) -> _Evidence:
     """Of a stylus or seat that yields more across one axis: a second harmonic of the azimuth."""
     x, y, _ = compared.observation.group_directions.T
     pattern = np.column_stack([x**2 - y**2, 2.0 * x * y])
+    return _of_vector(compared, weights, pattern, _SOFT)
+
+
+def _of_drift(compared: TouchesAndMap, weights: FloatArray) -> _Evidence:
+    """Of a reference that moves while it is touched, steadily or as a machine that warms up."""
+    seen = compared.observation
+    counts = np.bincount(seen.groups)
+    times = relative_times(np.arange(len(seen.groups)))
+    found = []
+    for slows in (False, True):
+        moved = seen.directions[:, : seen.axes] * ReferenceDrift.course(times, slows=slows)[:, None]
+        means = np.stack([np.bincount(seen.groups, column) for column in moved.T], axis=1)
+        found.append(_of_vector(compared, weights, means / counts[:, None], _DRIFT))
+    likelier = max(found, key=lambda each: each.log)
+    both = float(np.logaddexp.reduce([each.log for each in found])) - math.log(len(found))
+    return replace(likelier, log=both)
+
+
+def _of_vector(
+    compared: TouchesAndMap, weights: FloatArray, pattern: FloatArray, spread: float
+) -> _Evidence:
+    """Of a size along each column, N(0, spread²) each; the whole size and its u."""
     slope = pattern.T @ weights @ compared.differences
-    precision = pattern.T @ weights @ pattern + np.eye(2) / _SOFT**2
+    columns = pattern.shape[1]
+    precision = pattern.T @ weights @ pattern + np.eye(columns) / spread**2
     covariance = np.linalg.inv(precision)
     mean = covariance @ slope
     log = (
         0.5 * float(slope @ mean)
         + 0.5 * math.log(np.linalg.det(covariance))
-        - 2.0 * math.log(_SOFT)
+        - columns * math.log(spread)
     )
     size = float(np.linalg.norm(mean))
-    along = mean / size if size else np.array([1.0, 0.0])
+    along = mean / size if size else np.eye(columns)[0]
     return _Evidence(log, size, math.sqrt(float(along @ covariance @ along)))
 
 

@@ -125,6 +125,8 @@ def changed(cause: str) -> tuple[np.ndarray, float]:
     if cause == Cause.SOFT_SIDE:  # more across +x, and less across +y
         x, y, _ = NORMALS.T
         return seen(PROBE) + 0.002 * (x**2 - y**2), 3e-4
+    if cause == Cause.DRIFT:  # the reference moves by 6 µm along -x
+        return seen(PROBE) + np.linspace(0.0, 0.006, len(NORMALS)) * NORMALS[:, 0], 3e-4
     return seen(PROBE), 12e-4
 
 
@@ -135,6 +137,7 @@ CLEAR = {
     Cause.TIP_SIZE: -0.001,
     Cause.LOOSE: 4.0,
     Cause.SOFT_SIDE: 0.002,
+    Cause.DRIFT: 0.006,
 }
 
 
@@ -168,7 +171,15 @@ class TestCauses:
         assert cause_text(result.causes[0]).startswith("spring preload lower by ")
         document = verification_document(result, "kept")
         assert "probability" in str(document.figures[0])
-        assert "bent stylus" in " ".join(document.notes)
+        assert [note.split()[0] for note in document.notes] == ["check", "a"]
+
+    def test_a_reference_that_drifted_is_no_reason_to_check_the_stylus(self) -> None:
+        pretravel, noise = changed(Cause.DRIFT)
+        document = verification_document(
+            verify(touches(pretravel, 4, noise), old_map(), 25.0), "kept"
+        )
+        assert "the reference drifted by " in str(document.figures[0])
+        assert [note.split()[0] for note in document.notes] == ["a"]
 
 
 @pytest.mark.parametrize(("repeats", "row"), [(3, 40), (2, 26), (1, 13)])

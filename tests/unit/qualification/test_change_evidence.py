@@ -166,6 +166,18 @@ def _of_unknown() -> float:
     )
 
 
+def _of_drift() -> float:
+    """A movement with the covariance s² adds s² P Pᵀ to that of the touches; 0 to 1 is the run."""
+    compared = _compared()
+    none = _log(compared.differences, compared.covariance)
+    time = np.arange(COUNT) / (COUNT - 1.0)
+    found = []
+    for course in (time, (1.0 - np.exp(-3.0 * time)) / (1.0 - math.exp(-3.0))):
+        moved = 5.0 * UM * course[:, None] * N
+        found.append(_log(compared.differences, compared.covariance + moved @ moved.T) - none)
+    return float(np.mean(np.exp(found)))
+
+
 @cache
 def _shapes(level_known: bool) -> dict[str, tuple[float, ...]]:
     """Evidence of each pattern, and where there are any its size and u, from the integrals."""
@@ -180,6 +192,7 @@ def _shapes(level_known: bool) -> dict[str, tuple[float, ...]]:
         Cause.TURNED: _of_turn(),
         Cause.SOFT_SIDE: (_of_soft_side(),),
         Cause.ONE_DIRECTION: (float(np.mean([one[0] for one in ones])), *max(ones)[1:]),
+        Cause.DRIFT: (_of_drift(),),
         Cause.UNKNOWN: (_of_unknown(),),
     }
 
@@ -200,7 +213,7 @@ def _expected(level_known: bool, ratio: float, u_ratio: float) -> dict[str, floa
     same, larger, smaller = _of_scatter(ratio, u_ratio)
     also = 0.9 * same + 0.05 * larger + 0.05 * smaller
     share = {name: CAUSES[name] * values[0] * also for name, values in _shapes(level_known).items()}
-    share |= {Cause.LOOSE: 0.15 * larger, Cause.STEADIER: 0.02 * smaller, Cause.CHANCE: same}
+    share |= {Cause.LOOSE: 0.1 * larger, Cause.STEADIER: 0.02 * smaller, Cause.CHANCE: same}
     total = sum(share.values())
     return {name: value / total for name, value in share.items()}
 
@@ -250,9 +263,10 @@ def test_the_priors_are_those_of_the_page() -> None:
         Cause.STYLUS_LENGTH: 0.15,
         Cause.TURNED: 0.2,
         Cause.TIP_SIZE: 0.15,
-        Cause.LOOSE: 0.15,
+        Cause.LOOSE: 0.1,
         Cause.SOFT_SIDE: 0.05,
         Cause.ONE_DIRECTION: 0.05,
+        Cause.DRIFT: 0.05,
         Cause.STEADIER: 0.02,
         Cause.UNKNOWN: 0.08,
     }

@@ -80,10 +80,15 @@ def verification_document(
         pictures=(
             Picture("Differences, and the control chart" if entries else "Differences", drawn),
         ),
-        notes=_NOTES if keep else (),
+        notes=_NOTES[_drifted(result) :] if keep else (),
         warnings=(*unseen, *warnings, *result.warnings),
         data=_data(result, decision),
     )
+
+
+def _drifted(result: Verification) -> bool:
+    """Whether the reference, not the probe, is what has most likely moved."""
+    return result.causes[0].name == Cause.DRIFT if result.causes else False
 
 
 def verification_judgement(result: Verification) -> Judgement:
@@ -175,6 +180,10 @@ def cause_text(cause: LikelyCause) -> str:
         Cause.ONE_DIRECTION: lambda: (
             f"dirt or a chip on the reference at {describe(np.array(cause.direction))}: "
             f"{amount(MICROMETRE, 'µm', 1)}"
+        ),
+        Cause.DRIFT: lambda: (
+            f"the reference drifted by {amount(MICROMETRE, 'µm', 1)} against the machine during "
+            "the touches; no fault of the probe. Let the machine warm up, and touch again"
         ),
         Cause.STEADIER: lambda: "less noise than in the touches of the map; no fault of the probe",
         Cause.UNKNOWN: lambda: "unknown, because no known cause has this pattern",
