@@ -83,7 +83,7 @@ def _reported_twice(lines: Sequence[str]) -> set[int]:
     """Lines of touches in M48 whose height the next line, which counts, reports again.
 
     Before it counts, M48 touches once, perhaps at the height of the touch that it counts first:
-    where only that one stands twice, the two are different touches.
+    where only that one occurs twice, the two are different touches.
     """
     found: set[int] = set()
     series: list[int] = []
