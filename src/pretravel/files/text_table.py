@@ -31,19 +31,15 @@ from pretravel.files.lines_of_tables import (
     plain_number,
     separator_of,
     split_cells,
-    together,
     with_groups,
 )
 from pretravel.files.row_statements import Record, comments_among
 from pretravel.files.source_file import COUNTED, SourceFile
+from pretravel.files.words_of_lines import together, units_in_text
 
 _LOG = logging.getLogger(__name__)
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
-_UNIT_IN_TEXT = re.compile(
-    r"\b(?:units?|einheit(?:en)?|unites?|unités?|unidad(?:es)?|unità)\b\W*(\w+|\"|\[\w+\])|\b(G2[01])\b",
-    re.IGNORECASE,
-)
 _LONGEST_CELL = 5
 """Lines over which a quoted cell can run."""
 
@@ -408,6 +404,8 @@ def _words_taken(
     names = ["label" if word is None else word[1] or word[3] for word in words]
     if column_name(names[0]).role is None:  # P1 is a label, not a coordinate
         names[0] = "label"
+    if names.count("label") > 1:  # words apart from their numbers, such as Q151 = 1.5
+        return None, body
     taken = []
     for number, cells in body:
         row = []
@@ -548,16 +546,10 @@ def _cells_of_width(
 
 def _stated_unit(file: SourceFile, notes: Sequence[str]) -> str | None:
     """Unit of length that comments and lines before the table state."""
-    found = set()
-    for note in notes:
-        for match in _UNIT_IN_TEXT.finditer(note):
-            code = (match[2] or "").upper()
-            unit = {"G20": "inch", "G21": "mm"}.get(code) or unit_of(match[1] or "")
-            if unit not in (None, "1"):
-                found.add(unit)
+    found = units_in_text(notes)
     if len(found) > 1:
         raise file.error(
-            f"the comments give several units: {', '.join(sorted(map(str, found)))}",
+            f"the comments give several units: {', '.join(sorted(found))}",
             inputs=("units",),
         )
     return found.pop() if found else None

@@ -15,7 +15,10 @@ from pretravel.files import (
     Source,
     SourceFile,
     StatedRows,
+    joined_axes,
     opened,
+    plain_axes,
+    units_in_text,
     without_comments,
 )
 
@@ -60,6 +63,15 @@ _NUMBERED = re.compile(r"#\d+\s*:\s*")
 """The number of a point, as GEOPAK writes it."""
 _TITLE = re.compile(r"[^\W\d_]{3,}[^\d=#\[\]/]*")
 """A line of words above the first position: it has no number."""
+_HEAD_LINE = re.compile(
+    r"(?:date|time|datum|zeit|uhrzeit|fecha|hora|heure|program(?:m?e?)?|prog|messprogramm|file|"
+    r"datei|operator|bediener|order|auftrag)\b\W*\w",
+    re.IGNORECASE,
+)
+"""A line above the first position that gives the date, the program or the operator."""
+_SIGNAL = re.compile(r"\$AC_MEA\[\d+\]\s*=\s*(\d+)\s*$", re.IGNORECASE)
+"""Whether the probe's signal came, of Siemens: 0 is a miss."""
+_BRACKETED = re.compile(r"\(([^()]*)\)")
 _UNIT_LINE = re.compile(
     r"\W*+(?:(?:units?|einheit(?:en)?)\W*+)?+\b(mm|inch|inches|metric|imperial|zoll)\b\W*+",
     re.IGNORECASE,
@@ -107,14 +119,21 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     feed: float | None = None
     rotary: dict[str, float] = {}
     unread: set[str] = set()
-    for number, text in enumerate(file.lines("a log of positions"), start=1):
-        line = without_comments(text).strip()
+    heads: list[int] = []
+    contact: list[bool] = []
+    for number, text in joined_axes(enumerate(file.lines("a log of positions"), start=1)):
+        units = _unit_of_comments(file, text, number, units, stated)
+        signal = _SIGNAL.search(text)
+        line = plain_axes(without_comments(_SIGNAL.sub("", text)).strip())
         line = _NUMBERED.sub("", line)
         if not line or line.startswith((";", "%", "#")):
             continue
         if unit := _UNIT_LINE.fullmatch(line):
             line = "G21" if unit[1].lower() in ("mm", "metric") else "G20"
         if not rows and _TITLE.fullmatch(line) and not _UNIT_WORD.search(line):
+            continue
+        if not rows and _HEAD_LINE.match(line):
+            heads.append(number)
             continue
         named = _LABEL.match(line)
         line = line[named.end() :] if named else line
@@ -136,6 +155,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             stated.row(number)
             rows.append(position)
             numbers.append(number)
+            contact.append(signal is None or signal[1] != "0")
             feeds.append(feed)
             labels.append((named["number"] or named["name"]) if named else "")
     scale = file.scale(units, "the file does not give its units (G20 or G21)")
@@ -146,11 +166,34 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         file.path,
         scale * np.array(rows),
         tuple(numbers),
+        None if all(contact) else tuple(contact),
         labels=tuple(labels) if all(labels) and len(set(labels)) == len(labels) else None,
         feeds=scale * np.array(known_feeds) if len(known_feeds) == len(rows) else None,
         words=stated.columns(),
-        warnings=(*stated.warnings(), *_not_read(unread)),
+        warnings=(*stated.warnings(), *_not_read(unread), *_heads_not_read(heads)),
     )
+
+
+def _unit_of_comments(
+    file: SourceFile, text: str, number: int, units: str | None, stated: StatedRows
+) -> str | None:
+    """The unit that holds after the comments of a line; what else they change is taken, too."""
+    comments = _BRACKETED.findall(text)
+    if text.lstrip().startswith((";", "#")) and plain_axes(text) == text:
+        comments.append(text.strip(" ;#"))
+    for comment in comments:
+        stated.take(_STATEMENTS.of(";"), f"; {comment}", number)
+        for own in units_in_text([comment]):
+            code = {"mm": "G21", "inch": "G20"}.get(own)
+            if code is None:
+                raise file.error(f"the unit {own} is none of positions: mm and inch are", number)
+            units = _units(file, code, number, units)
+    return units
+
+
+def _heads_not_read(lines: list[int]) -> tuple[str, ...]:
+    """A sentence that names lines above the positions, such as a date."""
+    return (f"not read: line {', '.join(map(str, lines))} above the positions",) if lines else ()
 
 
 def _not_read(letters: set[str]) -> tuple[str, ...]:
@@ -218,11 +261,13 @@ def _squeezed(value: str) -> str:
 def _is_positions(lines: list[str]) -> bool:
     # A label such as X1 in a CSV file looks like a coordinate.
     is_csv = "nx" in lines[0].split(",")
-    return not is_csv and any(map(_is_position, lines[:_HEAD]))
+    joined = joined_axes(enumerate(lines))
+    return not is_csv and any(_is_position(line) for _, line in joined[:_HEAD])
 
 
 def _is_position(line: str) -> bool:
     """Whether X begins a line, and Y and Z follow in this order; or a line is three such words."""
+    line = plain_axes(line)
     if _IN_ANY_ORDER.fullmatch(line) and {*"XYZ"} <= {w[0].upper() for w in _WORD.findall(line)}:
         return True
     place = _X_FIRST.match(line)
