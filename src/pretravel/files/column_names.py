@@ -65,12 +65,15 @@ _POSITION_WORDS = (
     "mes", "mis", "misurata", "rilevato", "effettivo", "real", "reel", "effektiv",
     "observed", "probed", "centro", "mittelpunkt", "value", "wert", "center", "centre", "tip",
     "tipcenter", "tipcentre", "ballcenter", "ballcentre", "probecenter", "kugelmittelpunkt",
-    "point", "punkt", "pt", "p", "abs", "axis", "achse", "axe",
+    "point", "punkt", "pt", "p", "abs", "axis", "achse", "axe", "trig", "trigger", "skip", "latch",
+    "latched", "mpos", "wpos", "work", "mach", "machine", "mcs", "wcs", "dro",
 )  # fmt: skip
+_MEASURED_WORDS = ("act", "actual", "meas", "measured", "ist", "istwert", "mesure", "medido")
+"""Of these, such that a vector can have; that of a tip or an axis is no normal."""
 _NOMINAL_WORDS = (
     "nominal", "nom", "soll", "sollwert", "sollmass", "theo", "theoretical", "theorique",
     "teorico", "teorica", "theor", "nominale", "nominell", "ref", "reference",
-    "target", "design", "cad", "expected", "programmed", "basic",
+    "target", "design", "cad", "expected", "programmed", "basic", "set", "setpoint",
 )  # fmt: skip
 _NORMAL_WORDS = (
     "n", "norm", "normal", "normale", "normals", "normalvector", "normalvektor", "vector",
@@ -393,6 +396,12 @@ def _known() -> dict[str, tuple[str, int]]:
             known |= {word + letter: (f"n{axis}", 1)}
             if len(word) > 1:
                 known |= {letter + word: (f"n{axis}", 1)}
+    for axis, letter in zip("xyz", "ijk", strict=True):  # vectors of nominal and measured points
+        for rank, words in ((3, _NOMINAL_WORDS), (4, _MEASURED_WORDS)):
+            for word in words:
+                if len(word) > 1:
+                    known.setdefault(word + letter, (f"n{axis}", rank))
+                    known.setdefault(letter + word, (f"n{axis}", rank))
     known |= dict.fromkeys(_FEED_WORDS, ("feed", 1))
     known |= dict.fromkeys(_SPINDLE_WORDS, ("spindle", 1))
     known |= dict.fromkeys(_REFERENCE_WORDS, ("reference", 1))

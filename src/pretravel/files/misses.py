@@ -139,6 +139,9 @@ def named_misses(
         touches = kept
     lines = touches.lines or tuple(range(1, len(touches) + 1))
     if touches.nominal_points is not None:
+        if len(touches) > 1 and np.array_equal(touches.positions, touches.nominal_points):
+            said = "each position equals its nominal point: was anything measured?"
+            return replace(found, warnings=(*found.warnings, said))
         along = np.sum((touches.positions - touches.nominal_points) * touches.normals, axis=1)
         if told := _far_from_nominal(along, lines):
             return replace(found, warnings=(*found.warnings, *told))

@@ -29,6 +29,9 @@ verdict about the part (ok, bad, reject) are not among them."""
 _STATUS = {*_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis"}
 _YES = {"1", "true", "yes", "y", "ja"}
 _NO = {"0", "false", "no", "n", "nein"}
+_CODES = {"error", "err", "alarm", "fault", "errorcode", "fehler", "fehlercode", "code"}
+_CODE = re.compile(r"[0-9]{1,4}")
+"""Titles of columns in which 0 says that all went well, and their cells."""
 _OF_PROBE = {"probe", "probing", "touch", "trigger", "sensor", "taster", "antastung"}
 """With one of these in its title, a status is that of the touch and no verdict about the part."""
 _FAILED = {"failed", "fail", "failure", "error", "timeout", "nok", "fehler"}
@@ -36,8 +39,8 @@ _MISSES = {"miss", "missed", "no contact", "not triggered", "no trigger", "kein 
 _UNIT = {"unit", "units", "einheit", "unit of length"}
 _ON = {*_YES, "on", "g41", "g42"}
 _COMPENSATED = re.compile(
-    r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?comp(?:\.|ensated|ensation)?|kompensiert|"
-    r"radiuskorrektur|korrigiert|corrected"
+    r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?(?:comp(?:\.|ensated|ensation)?|"
+    r"corr(?:\.|ected|ection))|kompensiert|radiuskorrektur|korrigiert"
 )
 _COMPENSATED_BEFORE = re.compile(
     r"\b(?:radius|tip|ball|probe|cutter)\W?(?:radius\W?)?(?:comp(?:\.|ensat(?:ion|ed))?|correct(?:ion|"
@@ -243,13 +246,15 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
         no = {*_MISSES, *_BAD} if words & _STATUS else set()
         if words & _STATUS and words & _OF_PROBE:
             no |= _FAILED
+        if words & _CODES and all(map(_CODE.fullmatch, cells)) and "0" in cells:
+            no |= {*cells} - {"0"}
         if set(cells) <= _YES | _NO:
             no |= _NO if words & _CONTACT or name in _GOOD else set()
             no |= _YES if words & _MISSED or name in _BAD else set()
         missed = [row for row, cell in enumerate(cells) if cell in no]
         if missed:
             rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
-            marked = name in _GOOD | _BAD or cells[missed[0]] in _BAD
+            marked = words & {*_GOOD, *_BAD, *_CODES} or cells[missed[0]] in _BAD
             why = "the file itself marks it" if marked else "a touch without contact is no point"
             raise text.file.error(
                 f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: {why}; exclude the "
@@ -257,6 +262,18 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
                 text.lines[missed[0]],
                 inputs=("exclude",),
             )
+
+
+def unit_of_rows(text: TextTable, roles: ColumnRoles) -> str | None:
+    """Unit of length that a column states for the first row; None where there is no such column.
+
+    Parameters
+    ----------
+    text : TextTable
+    roles : ColumnRoles
+    """
+    found = [unit_of(text.column(i)[0]) for i, name in _other_columns(text, roles) if name in _UNIT]
+    return next((unit for unit in found if unit in LENGTH_UNITS), None)
 
 
 def _refuse_other_units(text: TextTable, roles: ColumnRoles, unit: str) -> None:

@@ -267,6 +267,7 @@ def _table(
         _refuse_row_before(file, before, body)
     width = _width(names, body)
     if header is not None:
+        _refuse_second_header(file, split[header][1], body)
         _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
     rows, units = _without_units(file, rows, [number for number, _ in body], units)
@@ -297,12 +298,21 @@ _RESULT = re.compile(
     re.IGNORECASE,
 )
 """A cell of rows below a table that are computed from it."""
+_END = re.compile(
+    r"\W*(?:end|eof|end of (?:file|report|data|list|table)|fin|ende|done|finished|M0?2|M30|"
+    r"\d{1,9} (?:points?|touches|rows|lines|records|punkte|puntos))\W*",
+    re.IGNORECASE,
+)
+"""A line below a table that ends it."""
 
 
 def _results_below(body: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
     """Rows at the end that are no readings: their mean, range …; they are taken from the rows."""
     last = len(body)
-    while last and any(map(_RESULT.fullmatch, filter(None, body[last - 1][1]))):
+    while last and (
+        any(map(_RESULT.fullmatch, filter(None, body[last - 1][1])))
+        or _END.fullmatch(" ".join(body[last - 1][1]))
+    ):
         last -= 1
     if not last:  # names of points
         return []
@@ -445,6 +455,27 @@ def _refuse_row_before(
                 number,
                 inputs=("exclude",),
             )
+
+
+def _refuse_second_header(
+    file: SourceFile, header: list[str], body: list[tuple[int, list[str]]]
+) -> None:
+    """Refuse a header among the rows: of other columns, or of the rows of another series."""
+    words = {cell.lower() for cell in header if cell}
+    for number, cells in body:
+        if not (cells[0].lower() in words and is_header(cells)):
+            continue
+        if cells == header:
+            raise file.error(
+                "the header occurs again here: do rows of another part, tip or run begin? Then "
+                "split the table there. If not, leave this line out",
+                number,
+                inputs=("exclude",),
+            )
+        raise file.error(
+            "another header is among the rows: the columns after it differ. Split the table there",
+            number,
+        )
 
 
 def _refuse_header_of_other_width(

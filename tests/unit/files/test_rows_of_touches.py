@@ -1,0 +1,126 @@
+"""Words of a table that say which rows are touches, and what of them was measured.
+
+The rows are invented; what is right is what a reader of the table sees.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from pretravel.base.errors import InputError
+from pretravel.files.file_format import FileReadings, ReadingOptions
+from pretravel.files.readings import read_readings
+from pretravel.files.source_file import SourceFile
+
+UP = ReadingOptions(units="mm", normal=(0.0, 0.0, 1.0))
+
+
+def _read(text: str, options: ReadingOptions = UP) -> FileReadings:
+    return read_readings(SourceFile("a.csv", text.encode()), options)
+
+
+@pytest.mark.parametrize(
+    ("title", "before", "touch", "after"),
+    [
+        ("Type", "approach", "touch", "retract"), ("Event", "start", "trigger", "end"),
+        ("Mode", "scan", "Touch", "scan"), ("Source", "nominal", "measured", "simulated"),
+        ("G", "G0", "G38.2", "G0"), ("Art", "Anfahren", "Messen", "Freifahren"),
+        ("Operation", "Approach", "Probe", "Retract"),
+    ],
+)  # fmt: skip
+def test_moves_among_touches_are_left_out_and_named(
+    title: str, before: str, touch: str, after: str
+) -> None:
+    place = f"{before},{{0}},0,9\n{touch},{{0}},0,3.00{{0}}\n{after},{{0}},0,8\n"
+    found = _read(f"{title},X,Y,Z\n" + place.format(1) + place.format(2))
+    assert found.touches.positions.tolist() == [[1, 0, 3.001], [2, 0, 3.002]]
+    assert any(f"rows whose {title} is {before}" in said for said in found.warnings)
+
+
+def test_fast_and_slow_touches_among_moves_stay_passes() -> None:
+    rows = "".join(f"{kind},1,0,3\n" for kind in ("rapid", "fast", "slow", "rapid", "fast", "slow"))
+    assert _read("Move,X,Y,Z\n" + rows).touches.words == {"pass": ("fast", "slow") * 2}
+
+
+@pytest.mark.parametrize(
+    ("title", "good", "bad"),
+    [("Result", "PASS", "FAIL"), ("OK", "Y", "N"), ("Status", "OK", "NG"), ("Check", "io", "nio")],
+)
+def test_rows_that_a_verdict_calls_bad_are_named(title: str, good: str, bad: str) -> None:
+    rows = f"X,Y,Z,{title}\n1,0,3,{good}\n2,0,3,{bad}\n3,0,3,{good}\n"
+    assert any(f"{title} is '{bad}' in line 3" in said for said in _read(rows).warnings)
+    assert not any("of the touch" in said for said in _read(rows.replace(bad, good)).warnings)
+
+
+@pytest.mark.parametrize("title", ["Error", "Error code", "Alarm"])
+def test_rows_with_an_error_are_refused(title: str) -> None:
+    with pytest.raises(InputError, match=f"line 3: {title} is '5'"):
+        _read(f"X,Y,Z,{title}\n1,0,3,0\n2,0,3,5\n3,0,3,0\n")
+
+
+@pytest.mark.parametrize("title", ["Direction", "Axis", "Antastrichtung", "probe dir"])
+def test_directions_of_travel_in_words(title: str) -> None:
+    found = _read(
+        f"{title};X;Y;Z;I;J;K\n-Z;1;0;3;0;0;1\nX+;2;0;3;-1;0;0\n", ReadingOptions(units="mm")
+    )
+    assert found.touches.approach_directions.tolist() == [[0, 0, -1], [1, 0, 0]]
+
+
+def test_the_unit_of_a_column_of_units() -> None:
+    rows = "X,Y,Z,Unit\n1,0,3,inch\n2,0,3,inch\n"
+    assert _read(rows, ReadingOptions(normal=(0, 0, 1))).touches.positions[0, 0] == 25.4
+    with pytest.raises(InputError, match="the file is in inch"):
+        _read(rows)
+
+
+@pytest.mark.parametrize(
+    "line", ["# DRY RUN - no probing performed", "# simulated", "Preview of the path"]
+)
+def test_rows_that_were_not_measured_are_named(line: str) -> None:
+    told = _read(f"{line}\nX,Y,Z\n1,0,3\n2,0,3\n").warnings
+    assert any(f"line 1 '{line}' says that the rows were not measured" in said for said in told)
+
+
+@pytest.mark.parametrize(("z", "told"), [(3, True), (4, False)])
+def test_positions_that_all_equal_their_nominal_points_are_named(z: int, told: bool) -> None:
+    names = "X,Y,Z,Nom X,Nom Y,Nom Z,Nominal I,Nominal J,Nominal K\n"
+    rows = f"1,0,{z},1,0,3,0,0,1\n2,0,3,2,0,3,0,0,1\n"
+    found = _read(names + rows, ReadingOptions(units="mm"))
+    assert found.touches.normals.tolist() == [[0, 0, 1]] * 2  # of the nominal surface
+    assert any("was anything measured?" in said for said in found.warnings) == told
+
+
+def test_u_v_w_are_normals_where_they_are_unit_vectors() -> None:
+    rows = "Nr X Y Z U V W\n1 1 0 3 0 0 1\n2 2 0 3 0 {} 0.8\n"
+    found = _read(rows.format("0.6"), ReadingOptions(units="mm"))
+    assert found.touches.normals[1].tolist() == pytest.approx([0.0, 0.6, 0.8])
+    with pytest.raises(InputError, match="no normals"):
+        _read(rows.format("0.7"), ReadingOptions(units="mm"))
+
+
+@pytest.mark.parametrize("end", ["END", "[EOF]", "2 points"])
+def test_a_line_that_ends_a_table_is_named(end: str) -> None:
+    found = _read(f"X,Y,Z\n1,0,3\n2,0,3\n{end}\n")
+    assert len(found.touches) == 2
+    assert f"line 4 '{end}'" in " ".join(found.warnings)
+    with pytest.raises(InputError, match="line 4: 1 values"):
+        _read("X,Y,Z\n1,0,3\n2,0,3\n3\n")
+
+
+@pytest.mark.parametrize(
+    ("second", "words"), [("X,Y,Z", "the header occurs again"), ("Y,X,Z", "another header")]
+)
+def test_a_header_among_the_rows_is_refused(second: str, words: str) -> None:
+    with pytest.raises(InputError, match=f"line 3: {words}"):
+        _read(f"X,Y,Z\n1,0,3\n{second}\n2,0,3\n")
+
+
+def test_a_comma_that_cannot_group_thousands_is_the_decimal_sign() -> None:
+    found = _read("X;Y;Z;Abw.\n10,123;20,123;1,503;0,003\n20,123;20,123;1,502;0,002\n")
+    assert found.touches.positions[0].tolist() == [10.123, 20.123, 1.503]
+
+
+@pytest.mark.parametrize("title", ["Trig", "Skip", "MPos", "Machine", "Work"])
+def test_further_names_of_measured_positions(title: str) -> None:
+    found = _read(f"{title} X,{title} Y,{title} Z,Stop X,Stop Y,Stop Z\n1,0,3,1,0,2\n2,0,3,2,0,2\n")
+    assert found.touches.positions[1].tolist() == [2, 0, 3]
