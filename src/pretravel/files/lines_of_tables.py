@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from pretravel.files.column_names import names_known_columns, unit_of
 from pretravel.files.csv_table import cell_content
 from pretravel.files.row_statements import Record
-from pretravel.files.words_of_lines import APART, NUMBER, together
+from pretravel.files.words_of_lines import APART, NUMERAL, together
 
 SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", "  ": "wide blanks"}
 """The separators that are tried, in this order, each with its name for people."""
-IS_NUMBER = re.compile(NUMBER)
+IS_NUMBER = re.compile(NUMERAL)
 IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({APART})|([A-Za-z])\s*({APART})")
-COMMENT = re.compile(r"#(?!\d+\s*:)|%|//|!|\$\$|\(.*\)$")
-"""But #03: numbers a point."""
+COMMENT = re.compile(r"#(?!\d+\s*:|\s*+[;,\t|])|%|//|!|\$\$|\(.*\)$")
+"""But #03: numbers a point, and a header can begin with # alone."""
 SAMPLE = 300
 """Rows from which the separator is determined."""
 FEWEST_NUMBERS = 3
@@ -216,7 +216,26 @@ def is_header(cells: list[str]) -> bool:
     return names_known_columns(cells) and not any(map(IS_NUMBER.fullmatch, cells))
 
 
-_DRESSED = re.compile(rf"({NUMBER})(?:([-+−])|\s?([A-Za-zµμ°\"/]{{1,8}}))")
+_NUMBERED = re.compile(r"([^\W\d]{1,12}[ _#]?)(\d{1,3})(?:[ _\[(]{1,2}(?:mm|in|inch|[uµ]m)[\])]?)?")
+
+
+def numbers_columns(cells: Sequence[str], below: Sequence[str]) -> bool:
+    """Whether cells are names with numbers that rise, M1, M2 …, above numbers without letters.
+
+    >>> numbers_columns(["#", "Z1", "Z2"], ["1", "12.5", "12.6"])
+    True
+    >>> numbers_columns(["X1", "Y2", "Z3"], ["X1", "Y3", "Z3"])
+    False
+    """
+    found = [_NUMBERED.fullmatch(cell) for cell in cells]
+    names = [match for match in found if match is not None]
+    stems = {match[1] for match in names}
+    numbers = [int(match[2]) for match in names]
+    plain = [IS_NUMBER.fullmatch(cell) for cell, match in zip(below, found, strict=False) if match]
+    return len(names) > 1 and len(stems) == 1 and numbers == sorted({*numbers}) and all(plain)
+
+
+_DRESSED = re.compile(rf"({NUMERAL})(?:([-+−])|\s?([A-Za-zµμ°\"/]{{1,8}}))")
 """A number with its sign or its unit behind it."""
 _SIGNED = re.compile(r"\s*[-+−]")
 

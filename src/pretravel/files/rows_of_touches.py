@@ -118,6 +118,15 @@ def with_travel(text: TextTable) -> TextTable:
     return text
 
 
+def is_verdict(title: str) -> bool:
+    """Whether a title is that of a column of verdicts: Status, OK, Pass/Fail.
+
+    >>> is_verdict("Result"), is_verdict("Operator")
+    (True, False)
+    """
+    return _VERDICT.fullmatch(title.strip()) is not None
+
+
 def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
     """Sentences about rows of which a column says that they are not good.
 
@@ -132,7 +141,7 @@ def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
         cells = [cell.strip() for cell in text.column(i)]
         bad = [k for k, cell in enumerate(cells) if _NOT_GOOD.fullmatch(cell)]
         good = [k for k, cell in enumerate(cells) if not cell or _GOOD.fullmatch(cell)]
-        if not _VERDICT.fullmatch(text.title(i)) or not bad or len(bad) + len(good) < len(cells):
+        if not is_verdict(text.title(i)) or not bad or len(bad) + len(good) < len(cells):
             continue
         if good:
             lines = ", ".join(str(text.lines[k]) for k in bad[:_SHOWN])

@@ -28,6 +28,7 @@ from pretravel.files.lines_of_tables import (
     is_header,
     is_number_cell,
     not_a_table,
+    numbers_columns,
     plain_number,
     separator_of,
     split_cells,
@@ -245,6 +246,8 @@ def _table(
                 number,
             )
     first = next((i for i, (_, cells) in enumerate(split) if is_data(cells, fewest)), len(split))
+    if first + 1 < len(split) and numbers_columns(split[first][1], split[first + 1][1]):
+        first += 1
     header = _header(split, first)
     body = split[first:] if header is None else split[header + 1 :]
     _refuse_spreadsheet_errors(file, comments)
@@ -368,7 +371,8 @@ def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
         if is_unit_row(cells):
             continue
         texts = [cell for cell in cells if cell and not is_number_cell(cell)]
-        return index if len(cells) == width and len(texts) >= min(width, 3) else None
+        named = len(texts) >= min(width, 3) or numbers_columns(cells, split[first][1])
+        return index if len(cells) == width and named else None
     return None
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 
 from pretravel.files.column_names import unit_of
 
-NUMBER = r"[-+−]?(?:\d+(?:[.,'’]\d+)*\.?|[.,]\d+)(?:[eE][-+]?\d+)?"
-APART = rf"(?:[-+−]\s+)?{NUMBER}"
+NUMERAL = r"[-+−]?(?:\d+(?:[.,'’]\d+)*\.?|[.,]\d+)(?:[eE][-+]?\d+)?"
+APART = rf"(?:[-+−]\s+)?{NUMERAL}"
 """A number, also with blanks between its sign and its digits."""
 _WORD = re.compile(rf"(?:([A-Za-z]{{1,3}})\s*+[:=]\s*+({APART})|([A-Za-z])\s*+({APART}))[\s,;]*+")
 _X_BEGINS = re.compile(r"(?<![A-Za-z0-9])X\s*+[:=]?+\s*+[-+−.\d]", re.IGNORECASE)
