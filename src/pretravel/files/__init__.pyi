@@ -59,6 +59,7 @@ from .map_file import MAP_ENDINGS as MAP_ENDINGS
 from .map_file import read_map as read_map
 from .map_file import write_map as write_map
 from .misses import filled_in as filled_in
+from .misses import odd_zeros as odd_zeros
 from .netcdf import read_dataset as read_dataset
 from .netcdf import write_dataset as write_dataset
 from .placement_file import read_placement as read_placement

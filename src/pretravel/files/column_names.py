@@ -66,14 +66,26 @@ _POSITION_WORDS = (
     "observed", "probed", "centro", "mittelpunkt", "value", "wert", "center", "centre", "tip",
     "tipcenter", "tipcentre", "ballcenter", "ballcentre", "probecenter", "kugelmittelpunkt",
     "point", "punkt", "pt", "p", "abs", "axis", "achse", "axe", "trig", "trigger", "skip", "latch",
-    "latched", "mpos", "wpos", "work", "mach", "machine", "mcs", "wcs", "dro",
+    "latched", "mpos", "wpos", "work", "mach", "machine", "mcs", "wcs", "dro", "quota", "cota",
+    "cote", "gemeten", "zmierzone", "zmierzona", "namerene", "uppmatt", "malt",
 )  # fmt: skip
 _MEASURED_WORDS = ("act", "actual", "meas", "measured", "ist", "istwert", "mesure", "medido")
 """Of these, such that a vector can have; that of a tip or an axis is no normal."""
+_OTHER_SCRIPTS = {
+    "坐标": "pos", "座標": "pos", "测量": "meas", "測定": "meas", "实测": "act", "実測": "act",
+    "实际": "act", "标称": "nom", "公称": "nom", "理论": "theo", "設計": "nom", "设计": "nom",
+    "目标": "target", "法向": "normal", "法线": "normal", "法線": "normal", "法矢": "normal",
+    "值": "", "値": "", "序号": "nr", "番号": "nr", "点号": "ptno", "名称": "name", "测头": "probe",
+    "零件": "part", "координата": "pos", "факт": "act", "изм": "meas", "номинал": "nom",
+    "ном": "nom", "нормаль": "normal", "точка": "point", "µ": "u", "μ": "u", "°": "deg",
+    "ø": "dia", "Ø": "dia", "⌀": "dia",
+}  # fmt: skip
+"""Words of titles in other scripts; longer ones come before those that begin them."""
 _NOMINAL_WORDS = (
     "nominal", "nom", "soll", "sollwert", "sollmass", "theo", "theoretical", "theorique",
     "teorico", "teorica", "theor", "nominale", "nominell", "ref", "reference",
     "target", "design", "cad", "expected", "programmed", "basic", "set", "setpoint",
+    "nominaal", "nominalne", "nominalna", "nominalni", "jmenovite",
 )  # fmt: skip
 _NORMAL_WORDS = (
     "n", "norm", "normal", "normale", "normals", "normalvector", "normalvektor", "vector",
@@ -247,6 +259,8 @@ def column_name(title: str) -> ColumnName:
         if title == OWN_NAMES.get(role, role):
             return ColumnName(title, role, _own_unit(role), 0)
     words, unit = _without_unit(title)
+    if not words.isascii():
+        words = _translated(words)
     plain = re.sub(r"[^a-z0-9#]", "", _plain(words))
     found = _known().get(plain) or _of_one_word(words)
     if found is None:
@@ -255,6 +269,18 @@ def column_name(title: str) -> ColumnName:
     if role in (*TEXT_ROLES, *NORMAL_ROLES, FRAME_ROLE):
         unit = None
     return ColumnName(title, role, unit, rank)
+
+
+def _translated(words: str) -> str:
+    """A name with words in other scripts in our words; an unknown word stays, and has no role.
+
+    >>> _translated("X坐标"), _translated("法向X"), column_name("标称X").role
+    ('Xpos', 'normalX', 'nominal_x')
+    """
+    for word, own in _OTHER_SCRIPTS.items():
+        words = words.replace(word, own)
+    unknown = any(c.isalpha() and not c.isascii() for c in _plain(words))
+    return "?unknown" if unknown else words
 
 
 def _of_one_word(title: str) -> tuple[str, int] | None:
@@ -409,6 +435,7 @@ def _known() -> dict[str, tuple[str, int]]:
     known |= dict.fromkeys(_PART_WORDS, ("part", 1))
     known |= dict.fromkeys(_COUNT_WORDS, ("part", 1))
     known["t"] = ("tip", 1)
+    known |= dict.fromkeys(("height", "hohe", "hauteur", "altura", "altezza", "hoogte"), ("z", 3))
     known |= dict.fromkeys(_FRAME_WORDS, ("frame", 1))
     known |= dict.fromkeys(_PASS_WORDS, ("pass", 1))
     known |= dict.fromkeys(_ORIENTATION_WORDS, ("orientation", 1))

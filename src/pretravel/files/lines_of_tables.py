@@ -73,7 +73,7 @@ def has_known_header(lines: Sequence[str]) -> bool:
     >>> has_known_header(["Probe 1", "Nr;X;Y;Z"])
     True
     """
-    return any(
+    return not _is_json(lines) and any(
         is_header(split_cells(line, separator))
         for line in lines[:20]
         for separator in SEPARATORS
@@ -112,6 +112,8 @@ def has_worded_rows(lines: Sequence[str]) -> bool:
     >>> has_worded_rows(["G1 X1 Y2 Z3"]), has_worded_rows(["X 1 Y 2 Z- 3 I 0 J 0 K 1"])
     (False, True)
     """
+    if _is_json(lines):
+        return False
     plain = [together(line) for line in lines[: 2 * _TITLES] if not COMMENT.match(line)]
     for line in plain[: _TITLES + 1]:
         for separator in SEPARATORS:

@@ -41,7 +41,8 @@ _NOT_MEASURED = re.compile(
     re.IGNORECASE,
 )
 _VERDICT = re.compile(
-    r"(?:status|state|result|ergebnis|ok|verdict|outcome|check|test|pass(?:ed)?[ /_]?fail(?:ed)?|"
+    r"(?:status|state|[ée]tat|statut|estado|stato|result|ergebnis|ok|verdict|outcome|"
+    r"check|test|pass(?:ed)?[ /_]?fail(?:ed)?|"
     r"in ?tol(?:erance)?|eval\w*|bewertung|urteil|i\.?o\.?|flag|quality|judg\w*|conform\w*)\W*",
     re.IGNORECASE,
 )

@@ -26,7 +26,10 @@ _BAD = {
 }  # fmt: skip
 """Titles of columns of yes and no that say which rows count, and cells of a status. Words of a
 verdict about the part (ok, bad, reject) are not among them."""
-_STATUS = {*_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis"}
+_STATUS = {
+    *_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis", "état",
+    "etat", "statut", "estado", "stato",
+}  # fmt: skip
 _YES = {"1", "true", "yes", "y", "ja"}
 _NO = {"0", "false", "no", "n", "nein"}
 _CODES = {"error", "err", "alarm", "fault", "errorcode", "fehler", "fehlercode", "code"}
@@ -35,8 +38,15 @@ _CODE = re.compile(r"[0-9]{1,4}")
 _OF_PROBE = {"probe", "probing", "touch", "trigger", "sensor", "taster", "antastung"}
 """With one of these in its title, a status is that of the touch and no verdict about the part."""
 _FAILED = {"failed", "fail", "failure", "error", "timeout", "nok", "fehler"}
-_MISSES = {"miss", "missed", "no contact", "not triggered", "no trigger", "kein kontakt"}
-_UNIT = {"unit", "units", "einheit", "unit of length"}
+_MISSES = {
+    "miss", "missed", "no contact", "not triggered", "no trigger", "kein kontakt", "verfehlt",
+    "nicht angetastet", "raté", "rate", "manqué", "sin contacto", "fallido", "mancato",
+    "nessun contatto", "no touch", "not found", "not probed", "not measured",
+}  # fmt: skip
+_UNIT = {
+    "unit", "units", "einheit", "unit of length", "maßeinheit", "unité", "unite", "unidad",
+    "unidades", "unità", "unita",
+}  # fmt: skip
 _ON = {*_YES, "on", "g41", "g42"}
 _COMPENSATED = re.compile(
     r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?(?:comp(?:\.|ensated|ensation)?|"

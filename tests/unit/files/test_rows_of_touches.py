@@ -120,6 +120,41 @@ def test_a_comma_that_cannot_group_thousands_is_the_decimal_sign() -> None:
     assert found.touches.positions[0].tolist() == [10.123, 20.123, 1.503]
 
 
+@pytest.mark.parametrize(("zero", "told"), [(4, True), (0, False)])
+def test_a_height_of_exactly_0_apart_from_the_others_is_named(zero: int, told: bool) -> None:
+    heights = [0.012, 0.011, 0.013, 0.012, 0.014, 0.011]
+    heights[zero] = 0
+    rows = "".join(f"{9 * (i % 3)},{9 * (i // 3)},{z}\n" for i, z in enumerate(heights))
+    said = "the height of line 6 is exactly 0"
+    assert any(said in each for each in _read("X,Y,Z\n" + rows).warnings) == told
+
+
+@pytest.mark.parametrize(
+    ("header", "role"),
+    [
+        ("序号,X坐标,Y坐标,Z坐标,法向X,法向Y,法向Z", "normals"),
+        ("Punto,Quota X,Quota Y,Quota Z,Normale X,Normale Y,Normale Z", "normals"),
+        ("点号,X实测,Y实测,Z实测,X标称,Y标称,Z标称", "nominal_points"),
+        ("Nr,X zmierzone,Y zmierzone,Z zmierzone,X nominalne,Y nominalne,Z nominalne",
+         "nominal_points"),
+    ],
+)  # fmt: skip
+def test_titles_in_other_languages(header: str, role: str) -> None:
+    options = UP if role == "nominal_points" else ReadingOptions(units="mm")
+    found = _read(f"{header}\n1,1,2,3.1,0,0,1\n2,5,2,3.1,0,0,1\n", options).touches
+    assert found.positions[1].tolist() == [5, 2, 3.1]
+    assert getattr(found, role)[1].tolist() == [0, 0, 1]
+
+
+def test_a_title_of_unknown_words_is_no_coordinate() -> None:
+    with pytest.raises(InputError, match="names no coordinate"):
+        _read("Xбаза,Yбаза,Zбаза\n1,2,3\n2,2,3\n")
+
+
+def test_a_column_of_heights_is_z() -> None:
+    assert _read("X,Y,Height\n1,2,3\n2,2,3.5\n").touches.positions[1, 2] == 3.5
+
+
 @pytest.mark.parametrize("title", ["Trig", "Skip", "MPos", "Machine", "Work"])
 def test_further_names_of_measured_positions(title: str) -> None:
     found = _read(f"{title} X,{title} Y,{title} Z,Stop X,Stop Y,Stop Z\n1,0,3,1,0,2\n2,0,3,2,0,2\n")

@@ -134,6 +134,12 @@ _RESULTS = (
 )
 
 
+_CENTRE = re.compile(
+    r"[xyz](?:c|m|o|cen|cent(?:er|re)|mitte|mittelpunkt|centro)|"
+    r"(?:c|cen|cent(?:er|re)|mitte|mittelpunkt|centro)[xyz]"
+)
+"""Coordinates of a centre, without blanks."""
+_BEGINS_SIZE = re.compile(r"d|r|size|radius|(?:dia|durchm|form|round).*")
 _RADII = {
     "radius", "rad", "radio", "rayon", "raggio", "nomradius", "actradius", "measradius",
 }  # fmt: skip
@@ -203,6 +209,9 @@ def _is_feature_list(lines: list[str]) -> bool:
     if not cells:
         return False
     if not names_known_columns(cells):
+        centres = [word for word in squeezed if _CENTRE.fullmatch(word)]
+        if len(centres) > 1 and any(map(_BEGINS_SIZE.fullmatch, squeezed)):
+            return True
         return all(any(word in kind for word in plain) for kind in _RESULTS)
     if any(_SIZES.fullmatch(word) for word in squeezed if word) or "ø" in cells:
         return True

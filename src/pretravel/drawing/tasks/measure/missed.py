@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pretravel.files import odd_zeros
 from pretravel.measurement import MissedPoints, Points, missed_points
 
 
@@ -41,7 +42,15 @@ e (-2.512 mm)'])
             return _named(points, kind, found)
         if found.all_near:
             break
-    return points, []
+    return points, _zeros(points) if "plane" in kinds else []
+
+
+def _zeros(points: Points) -> list[str]:
+    """A sentence about heights that are exactly 0, apart from the others."""
+    axis = int(np.argmin(np.ptp(points.positions, axis=0)))
+    named = ", ".join(points.labels[row] for row in odd_zeros(points.positions, axis))
+    said = f"the height of {named} is exactly 0, apart from the others: was it probed?"
+    return [f"{said} If not, leave it out"] if named and not points.state_uncertainty else []
 
 
 def _unclear(count: int, kind: str, off: float) -> str:
