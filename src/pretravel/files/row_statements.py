@@ -130,7 +130,7 @@ class StatedRows:
         line : str
         number : int
         """
-        if (found is None or _NOTE.match(line)) and _CHANGES_ROWS.search(line.replace("_", " ")):
+        if (found is None or _NOTE.match(line)) and changes_rows(line):
             self.hold(f"the meaning of the rows, perhaps ('{shortened(line)}')", line, number)
         if found is None:
             self.unknown.append((number, line))
@@ -177,6 +177,24 @@ class StatedRows:
     def warnings(self) -> tuple[str, ...]:
         """A sentence that names the lines that are not known."""
         return unknown_lines(self.unknown)
+
+
+def changes_rows(line: str) -> bool:
+    """Whether a comment, or a line that is not known, can change what the rows after it mean.
+
+    >>> changes_rows("Turn the part over"), changes_rows("coffee break")
+    (True, False)
+    """
+    return _CHANGES_ROWS.search(line.replace("_", " ")) is not None
+
+
+def is_note(line: str) -> bool:
+    """Whether a line of a log is a comment or a text.
+
+    >>> is_note("COMMENT/OPER,NO,next part"), is_note("HIT/BASIC")
+    (True, False)
+    """
+    return _NOTE.match(line) is not None
 
 
 CHANGES: dict[str, str] = {
@@ -245,7 +263,8 @@ _CHANGES_ROWS = re.compile(
     r"\b(?:units?|einheit(?:en)?)\W*(?:[:=]|mm|in\b|cm\b|µm|inch|zoll|metric|imperial)|"
     r"\b(?:inch|inches|zoll|G2[01]|G5[4-9](?:\.\d)?|G92|G68|wcs|work ?offset|rotat\w*|alignment|"
     r"datum|re-?clamp\w*|umgespannt|(?:serial|series|part|tip|tool) (?:no|number)\b)|"
-    rf"\b(?:turn|flipp|mov|shift)ed\W+(?:(?:the|a)\W+)*{_THINGS}\b|"
+    rf"\b(?:turn|flipp?|mov|shift|clamp|unclamp|loosen)e?(?:d|ing)?\W+(?:(?:the|a)\W+)*{_THINGS}\b|"
+    r"\bclamp(?:ed|ing)?\W+(?:(?:it|the part)\W+)?(?:again|over)\b|"
     r"\b\d+(?:[.,]\d+)? ?mm (?:ball|tip|stylus|kugel|taster)\b|"
     r"^\W*(?:fast|slow|schnell|langsam)(?:ly)?(?: (?:pass|touch)\w*)?\W*$|"
     r"^\W*T\d+\b|"

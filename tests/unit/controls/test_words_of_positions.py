@@ -63,6 +63,14 @@ _FUSION = "".join(
 )
 
 
+@pytest.mark.parametrize("unit", ["G20", "UNITS INCH", "(values in inches)", "G70"])
+def test_a_unit_above_the_points_of_fusion_is_used(unit: str) -> None:
+    file = SourceFile("a.txt", f"START\n{unit}\n{_FUSION}END\n".encode())
+    assert read_readings(file, ReadingOptions()).touches.positions[0, 1] == 254.0
+    with pytest.raises(InputError, match="line 2: the file is in inch"):
+        read_readings(file, ReadingOptions(units="mm"))
+
+
 def test_a_touch_elsewhere_on_its_normal_is_named() -> None:
     last = "G800 N5 X50. Y10. Z0. I0. J0. K1.\nG801 N5 X50. Y10. Z-4. R3.\n"
     file = SourceFile("a.txt", f"START\n{_FUSION}{last}END\n".encode())
@@ -106,9 +114,22 @@ def test_names_of_axes_that_say_no_touch(lines: str) -> None:
         _read(lines + lines)
 
 
-def test_the_signal_of_siemens_marks_a_miss() -> None:
-    line = "MW[X]=1.0 MW[Y]=2.0 MW[Z]={} $AC_MEA[1]={}\n"
-    assert _read(line.format(3.0, 1) + line.format(-9.0, 0)).contact == (True, False)
+@pytest.mark.parametrize(
+    ("line", "touched", "missed"),
+    [
+        ("MW[X]=1.0 MW[Y]=2.0 MW[Z]={} $AC_MEA[1]={}\n", "1", "0"),
+        ("X1.0 Y2.0 Z{} #5070={}\n", "1.0000", "0.0000"),
+        ("x=1.0 y=2.0 z={} success={}\n", "1.0", "0.0"),
+        ("[10:22:33] X1.0 Y2.0 Z{} {}\n", "HIT", "MISS"),
+        ("2024-03-12 10:22:33 X: 1.0 Y: 2.0 Z: {} triggered={}\n", "true", "false"),
+    ],
+)
+def test_the_signal_at_the_end_of_a_line_marks_a_miss(line: str, touched: str, missed: str) -> None:
+    file = SourceFile("a.txt", (line.format(3.0, touched) + line.format(-9.0, missed)).encode())
+    assert format_of(file) is FORMATS["positions"]
+    found = _read(file.content.decode())
+    assert found.contact == (True, False)
+    assert found.positions[0].tolist() == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize("label", ["HIT 1 ", "POINT 1: ", "#1: "])

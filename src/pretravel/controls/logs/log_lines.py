@@ -69,8 +69,20 @@ _HEAD_LINE = re.compile(
     re.IGNORECASE,
 )
 """A line above the first position that gives the date, the program or the operator."""
-_SIGNAL = re.compile(r"\$AC_MEA\[\d+\]\s*=\s*(\d+)\s*$", re.IGNORECASE)
-"""Whether the probe's signal came, of Siemens: 0 is a miss."""
+_SIGNAL = re.compile(
+    r"(?<=[\s,;])(?:(?:\$AC_MEA\[\d\]|#5070|(?:probe[_ ]?)?success|contact|hit|trip(?:ped)?|"
+    r"triggered|touched|result)\s*[:=]\s*(?P<flag>\d(?:\.0*)?|true|false|yes|no)|"
+    r"(?P<word>hit|miss(?:ed)?|no contact|not triggered|triggered|tripped|contact))\s*$",
+    re.IGNORECASE,
+)
+"""What says at the end of a line whether the probe's signal came."""
+_MISSED = re.compile(r"0(?:\.0*)?|false|no.*|miss.*", re.IGNORECASE)
+_TIME = re.compile(
+    r"\W*(?:\d{2,4}[-./]\d\d[-./]\d{2,4}[T ,;]*)?\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?:\s?[AP]M)?"
+    r"[\]\s,;:>-]+(?=\S)",
+    re.IGNORECASE,
+)
+"""A time before a position."""
 _BRACKETED = re.compile(r"\(([^()]*)\)")
 _UNIT_LINE = re.compile(
     r"\W*+(?:(?:units?|einheit(?:en)?)\W*+)?+\b(mm|inch|inches|metric|imperial|zoll)\b\W*+",
@@ -124,7 +136,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     for number, text in joined_axes(enumerate(file.lines("a log of positions"), start=1)):
         units = _unit_of_comments(file, text, number, units, stated)
         signal = _SIGNAL.search(text)
-        line = plain_axes(without_comments(_SIGNAL.sub("", text)).strip())
+        line = _without_time_and_signal(without_comments(text))
         line = _NUMBERED.sub("", line)
         if not line or line.startswith((";", "%", "#")):
             continue
@@ -155,7 +167,9 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             stated.row(number)
             rows.append(position)
             numbers.append(number)
-            contact.append(signal is None or signal[1] != "0")
+            contact.append(
+                signal is None or not _MISSED.fullmatch(signal["flag"] or signal["word"])
+            )
             feeds.append(feed)
             labels.append((named["number"] or named["name"]) if named else "")
     scale = file.scale(units, "the file does not give its units (G20 or G21)")
@@ -253,6 +267,12 @@ def _position(
     return file.numbers([words[axis] for axis in "XYZ"], number)
 
 
+def _without_time_and_signal(line: str) -> str:
+    """A line of a position without what stands before and after the words."""
+    time = _TIME.match(line)
+    return plain_axes(_SIGNAL.sub("", line[time.end() :] if time else line).strip())
+
+
 def _squeezed(value: str) -> str:
     """A number without the blanks between its sign and its digits."""
     return "".join(value.split())
@@ -267,7 +287,7 @@ def _is_positions(lines: list[str]) -> bool:
 
 def _is_position(line: str) -> bool:
     """Whether X begins a line, and Y and Z follow in this order; or a line is three such words."""
-    line = plain_axes(line)
+    line = _without_time_and_signal(line)
     if _IN_ANY_ORDER.fullmatch(line) and {*"XYZ"} <= {w[0].upper() for w in _WORD.findall(line)}:
         return True
     place = _X_FIRST.match(line)
