@@ -77,7 +77,7 @@ _OTHER_SCRIPTS = {
     "目标": "target", "法向": "normal", "法线": "normal", "法線": "normal", "法矢": "normal",
     "值": "", "値": "", "序号": "nr", "番号": "nr", "点号": "ptno", "名称": "name", "测头": "probe",
     "零件": "part", "координата": "pos", "факт": "act", "изм": "meas", "номинал": "nom",
-    "ном": "nom", "нормаль": "normal", "точка": "point", "µ": "u", "μ": "u", "°": "deg",
+    "ном": "nom", "нормаль": "normal", "точка": "point", "µ": "u", "μ": "u",
     "ø": "dia", "Ø": "dia", "⌀": "dia",
 }  # fmt: skip
 """Words of titles in other scripts; longer ones come before those that begin them."""

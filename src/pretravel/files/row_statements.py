@@ -96,6 +96,8 @@ class StatedRows:
         What held at each row.
     unknown : list of line and text
         Lines that are no known statement.
+    unmeasured : list of line and text
+        Lines that say that nothing was measured.
     """
 
     file: SourceFile
@@ -103,6 +105,7 @@ class StatedRows:
     values: dict[str, str] = field(default_factory=dict)
     words: dict[str, list[str]] = field(default_factory=dict)
     unknown: list[tuple[int, str]] = field(default_factory=list)
+    unmeasured: list[tuple[int, str]] = field(default_factory=list)
     _held: dict[str, tuple[str, int]] = field(default_factory=dict)
     _broken: tuple[str, int] | None = None
 
@@ -130,6 +133,8 @@ class StatedRows:
         line : str
         number : int
         """
+        if _NOT_MEASURED.search(line):
+            self.unmeasured.append((number, line))
         if (found is None or _NOTE.match(line)) and changes_rows(line):
             self.hold(f"the meaning of the rows, perhaps ('{shortened(line)}')", line, number)
         if found is None:
@@ -175,8 +180,8 @@ class StatedRows:
         return {name: tuple(words) for name, words in self.words.items() if any(words)}
 
     def warnings(self) -> tuple[str, ...]:
-        """A sentence that names the lines that are not known."""
-        return unknown_lines(self.unknown)
+        """Sentences that name the lines that are not known, or say that nothing was measured."""
+        return (*unknown_lines(self.unknown), *nothing_measured(self.unmeasured))
 
 
 def changes_rows(line: str) -> bool:
@@ -290,7 +295,7 @@ _CONDITIONS = re.compile(
     rf"{_ANGLES}|"
     r"\bmirror\w*\W+[XYZ]\b|"
     r"\bU(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]\s?\d|"
-    r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\b\W*)?[-+]?\d",
+    r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\W*)?[-+]?\d",
     re.IGNORECASE,
 )
 """Lines before the rows that state what points depend on, and no option or column reads."""
@@ -350,3 +355,27 @@ def comments_among(
                 number,
             )
     return tuple((number, line) for number, line in among if re.search(r"\w", line))
+
+
+_NOT_MEASURED = re.compile(
+    r"\bdry[- ]?run\b|\[sim\]|\bno (?:probing|measure(?:ment)?s?|touch(?:es)?)\b|"
+    r"\bnot (?:measured|probed)\b|\bnothing (?:was )?(?:measured|probed)\b|"
+    r"\bsimulat(?:ed|ion|ion mode)\b|\bsimuliert\b|"
+    r"\bpreview\b|\boff-?line\b|\bcheck mode\b|\btrockenlauf\b|\bprobelauf\b|\bdemo data\b",
+    re.IGNORECASE,
+)
+"""Says that rows were not measured."""
+
+
+def nothing_measured(before: Sequence[Record]) -> tuple[str, ...]:
+    """A sentence about lines that say that the rows were not measured.
+
+    >>> nothing_measured([(1, "# DRY RUN")])
+    ("line 1 '# DRY RUN' says that the rows were not measured: they are used as if they were",)
+    """
+    found = [(number, line) for number, line in before if _NOT_MEASURED.search(line)]
+    if not found:
+        return ()
+    number, line = found[0]
+    said = "says that the rows were not measured: they are used as if they were"
+    return (f"line {number} '{shortened(line)}' {said}",)

@@ -7,8 +7,6 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
-from pretravel.files.row_statements import Record
-from pretravel.files.source_file import shortened
 from pretravel.files.text_table import TextTable
 
 _SHOWN = 5
@@ -33,13 +31,6 @@ _MOVES = {
     "scanning", "scanned", "soll", "simuliert", "berechnet",
 }  # fmt: skip
 """Rows of which one of these words is the kind are no touches, where others are."""
-_NOT_MEASURED = re.compile(
-    r"\bdry[- ]?run\b|\bno (?:probing|measure(?:ment)?s?|touch(?:es)?)\b|"
-    r"\bnot (?:measured|probed)\b|\bnothing (?:was )?(?:measured|probed)\b|"
-    r"\bsimulat(?:ed|ion|ion mode)\b|\bsimuliert\b|"
-    r"\bpreview\b|\boff-?line\b|\bcheck mode\b|\btrockenlauf\b|\bprobelauf\b|\bdemo data\b",
-    re.IGNORECASE,
-)
 _VERDICT = re.compile(
     r"(?:status|state|[ée]tat|statut|estado|stato|result|ergebnis|ok|verdict|outcome|"
     r"check|test|pass(?:ed)?[ /_]?fail(?:ed)?|"
@@ -152,17 +143,3 @@ def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
                 "the touch? The rows are used; leave out what is no touch"
             )
     return tuple(told)
-
-
-def nothing_measured(before: Sequence[Record]) -> tuple[str, ...]:
-    """A sentence about lines that say that the rows were not measured.
-
-    >>> nothing_measured([(1, "# DRY RUN")])
-    ("line 1 '# DRY RUN' says that the rows were not measured: they are used as if they were",)
-    """
-    found = [(number, line) for number, line in before if _NOT_MEASURED.search(line)]
-    if not found:
-        return ()
-    number, line = found[0]
-    said = "says that the rows were not measured: they are used as if they were"
-    return (f"line {number} '{shortened(line)}' {said}",)

@@ -124,6 +124,23 @@ def refuse_contradictions(
                 _refuse_other_ball(text.file, diameter, tip, given, where, line)
 
 
+def tip_not_used(text: TextTable, unit: str) -> tuple[str, ...]:
+    """A sentence about a diameter of the tip that points of a surface state.
+
+    Parameters
+    ----------
+    text : TextTable
+    unit : str
+        Unit of length in which the table is read.
+    """
+    found = next(_diameters(text, _OF_TIP, unit, None), None)
+    if found is None:
+        return ()
+    line, where, diameter = found
+    said = f"{where} gives the tip a diameter of {diameter:.6g} mm (line {line}), which is not used"
+    return (f"{said}: give it, if these are tip centres",)
+
+
 def refuse_other_tip(
     file: SourceFile, stated: float, used: float, where: str = "the file", line: int | None = None
 ) -> None:

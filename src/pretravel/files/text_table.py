@@ -34,13 +34,15 @@ from pretravel.files.lines_of_tables import (
     split_cells,
     with_groups,
 )
-from pretravel.files.row_statements import Record, comments_among
-from pretravel.files.source_file import COUNTED, SourceFile
+from pretravel.files.row_statements import Record, changes_rows, comments_among
+from pretravel.files.source_file import COUNTED, SourceFile, shortened
 from pretravel.files.words_of_lines import together, units_in_text
 
 _LOG = logging.getLogger(__name__)
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
+_COUNT = 9
+"""Digits of the number of a row, and more."""
 _LONGEST_CELL = 5
 """Lines over which a quoted cell can run."""
 
@@ -261,7 +263,9 @@ def _table(
     units: list[str] = []
     if header is not None and body and is_unit_row(body[0][1]):
         units = body.pop(0)[1]
-    results = _results_below(body)
+    results = _results_below(body) + _breaks_of_pages(
+        body, None if header is None else split[header][1]
+    )
     if not body:
         raise file.error("the file has a header but no rows", header_line)
     if names is None:
@@ -307,6 +311,32 @@ _END = re.compile(
     re.IGNORECASE,
 )
 """A line below a table that ends it."""
+
+
+_PAGE_BEGINS = {*"pPsS-=*["}
+_PAGE = re.compile(r"\W*(?:page|seite|pagina|p[áa]gina)\W*\d+(?:\W*(?:of|von|/)\W*\d+)?\W*", re.I)
+
+
+def _breaks_of_pages(
+    body: list[tuple[int, list[str]]], header: list[str] | None
+) -> list[tuple[int, list[str]]]:
+    """Numbers of pages, and headers that are repeated where the numbers of rows go on.
+
+    They are taken from the rows.
+    """
+    pages = [r for r in body if r[1][0][:1] in _PAGE_BEGINS and _PAGE.fullmatch(" ".join(r[1]))]
+    again = [row for row in body if row[1] == header]
+    if not (pages or again):
+        return []
+    goes_on = False
+    if header is not None and column_name(header[0]).role == "label":
+        counts = [row[1][0] for row in body if row not in pages and row not in again]
+        goes_on = all(cell.isdecimal() and len(cell) < _COUNT for cell in counts) and all(
+            int(b) == int(a) + 1 for a, b in itertools.pairwise(counts)
+        )
+    taken = pages + (again if goes_on else [])
+    body[:] = [row for row in body if row not in taken]
+    return sorted(taken)
 
 
 def _results_below(body: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
@@ -565,6 +595,13 @@ def _cells_of_width(
     expected = (
         f"the header names {width} columns" if names is not None else f"other lines have {width}"
     )
+    line = " ".join(filter(None, cells))
+    if _filled(cells) < FEWEST_NUMBERS and changes_rows(line):
+        raise file.error(
+            f"'{shortened(line)}' is between the rows, and may change the meaning of the rows "
+            "after it: give its content in a column, or split the table there",
+            number,
+        )
     decimal = count > width and not any("." in cell for cell in cells)
     raise file.error(
         f"{count} values, but {expected}"

@@ -28,17 +28,13 @@ from pretravel.files.roles_of_columns import (
     ColumnRoles,
     column_roles,
 )
-from pretravel.files.row_statements import conditions_not_read, unknown_lines
-from pretravel.files.rows_of_touches import (
-    nothing_measured,
-    rows_of_touches,
-    verdicts,
-    with_travel,
-)
+from pretravel.files.row_statements import conditions_not_read, nothing_measured, unknown_lines
+from pretravel.files.rows_of_touches import rows_of_touches, verdicts, with_travel
 from pretravel.files.source_file import SourceFile
 from pretravel.files.stated_conditions import (
     out_of_order,
     refuse_contradictions,
+    tip_not_used,
     unit_of_rows,
 )
 from pretravel.files.tables import read_parquet_table
@@ -142,7 +138,8 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     frame = _frame(text, roles)
     roles = _without_counts(text, _of_one_frame(text, roles))
     text, roles = _without_rotary(text, roles)
-    refuse_contradictions(text, roles, options, NO_UNIT if unit is None else unit.name)
+    unit_name = NO_UNIT if unit is None else unit.name
+    refuse_contradictions(text, roles, options, unit_name)
     columns = {_own_name(role): roles.words(text, role) for role in roles.index}
     table = CsvTable(
         file.path,
@@ -184,6 +181,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
             *left_out,
             *verdicts(text, _other_columns(text, roles)),
             *nothing_measured((*text.before, *text.among)),
+            *(tip_not_used(text, unit_name) if options.of_surface else ()),
         ),
     )
 

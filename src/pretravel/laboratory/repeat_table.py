@@ -31,6 +31,9 @@ from pretravel.touches import FEWEST_REPEATS
 
 _POSITIONS = {"x", "y", "z"}
 _MOST_GROUPS = 12
+_FEWEST_AT_PLACE = 3
+_APART = 1.0
+"""Places are at least this far apart. [unit of the file]"""
 _FAR_FROM_ZERO = 0.3
 """Where all others are farther from zero than this, a zero is what was filled in. [mm]"""
 _DIFFERENCE = re.compile(
@@ -229,12 +232,17 @@ def _kinds_of_columns(text: TextTable) -> tuple[list[int], list[int], list[int]]
     values: list[int] = []
     words: list[int] = []
     unread: list[int] = []
+    places = sum(column_name(title).role in _POSITIONS for title in text.names or ())
     for i in range(text.width):
         cells, title = text.column(i), text.title(i)
         role = column_name(title).role
         if _counts(cells) or (len(cells) == 1 and cells[0].isdecimal() and role):
             continue
-        if not _are_numbers(cells) or (_are_groups(cells) and role not in _POSITIONS):
+        if (
+            not _are_numbers(cells)
+            or (_are_groups(cells) and role not in _POSITIONS)
+            or (role in _POSITIONS and places > 1 and _are_places(cells))
+        ):
             told_apart = 1 < len({*cells}) <= _MOST_GROUPS and len({*cells}) < len(cells)
             (words if told_apart and not is_verdict(title) else unread).append(i)
         elif (
@@ -406,6 +414,14 @@ def _are_numbers(cells: Sequence[str]) -> bool:
 def _are_groups(cells: Sequence[str]) -> bool:
     """Whether integers come again, as numbers of places and parts do."""
     return all(cell.isdecimal() for cell in cells) and len({*cells}) * 2 <= len(cells)
+
+
+def _are_places(cells: Sequence[str]) -> bool:
+    """Whether numbers are those of a few places, which come again to the last digit."""
+    if not all(map(_is_reading, cells)) or not 1 < len({*cells}) <= len(cells) // _FEWEST_AT_PLACE:
+        return False
+    values = sorted(float(_plain(cell)) for cell in {*cells})
+    return min(b - a for a, b in itertools.pairwise(values)) >= _APART
 
 
 def _counts(cells: Sequence[str]) -> bool:

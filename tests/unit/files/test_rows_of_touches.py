@@ -115,6 +115,34 @@ def test_a_header_among_the_rows_is_refused(second: str, words: str) -> None:
         _read(f"X,Y,Z\n1,0,3\n{second}\n2,0,3\n")
 
 
+def test_pages_whose_rows_are_counted_on_are_one_table() -> None:
+    rows = "Nr X Y Z\n1 1 0 3\n2 2 0 3\nPAGE 2\nNr X Y Z\n{} 3 0 3\n{} 4 0 3\n"
+    found = _read(rows.format(3, 4))
+    assert len(found.touches) == 4
+    assert "line 4 'PAGE 2', line 5 'Nr X Y Z'" in " ".join(found.warnings)
+    with pytest.raises(InputError, match="line 5: the header occurs again"):
+        _read(rows.format(1, 2))
+
+
+@pytest.mark.parametrize("line", ["Taster: T2", "SENSOR: 2", "Part 7"])
+def test_a_line_of_words_among_the_rows_that_changes_them_is_refused(line: str) -> None:
+    with pytest.raises(InputError, match=f"line 3: '{line}' is between the rows"):
+        _read(f"X Y Z\n1 0 3\n{line}\n2 0 3\n")
+
+
+def test_a_tip_in_a_table_of_points_that_is_not_used_is_named() -> None:
+    rows = "X,Y,Z,Probe radius\n1,0,3,3\n2,0,3,3\n"
+    told = _read(rows, ReadingOptions(units="mm", normal=(0, 0, 1), of_surface=True)).warnings
+    assert any("gives the tip a diameter of 6 mm (line 2), which is not used" in s for s in told)
+    assert not any("not used" in said for said in _read(rows).warnings)
+
+
+def test_a_log_of_a_simulation_is_named() -> None:
+    log = "[SIM] G38.2 Z-9 F9\n[SIM] [PRB:1.0,2.0,3.0:1]\n"
+    told = _read(log, ReadingOptions(units="mm", normal=(0, 0, 1), offset=(0, 0, 0))).warnings
+    assert any("says that the rows were not measured" in said for said in told)
+
+
 def test_a_comma_that_cannot_group_thousands_is_the_decimal_sign() -> None:
     found = _read("X;Y;Z;Abw.\n10,123;20,123;1,503;0,003\n20,123;20,123;1,502;0,002\n")
     assert found.touches.positions[0].tolist() == [10.123, 20.123, 1.503]

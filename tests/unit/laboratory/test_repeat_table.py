@@ -63,6 +63,13 @@ def test_numbered_columns_are_series(header: str) -> None:
     assert [one.name for one in found.series] == ["Z1 mm", "Z2 mm"]
 
 
+def test_a_coordinate_of_two_places_distinguishes_series() -> None:
+    rows = _rows("10,{z}") + _rows("50,{z}")
+    found = _read("X,Z\n" + rows, "mm")
+    assert [one.name for one in found.series] == ["X 10", "X 50"]
+    assert found.series[1].values.tolist() == [*_Z]
+
+
 @pytest.mark.parametrize("title", ["D mm", "Ø [mm]", "Bore diameter mm"])
 def test_sizes_are_named_as_results(title: str) -> None:
     assert "not that of one touch" in " ".join(_read(f"{title}\n" + _rows("{z}")).warnings)
