@@ -35,7 +35,7 @@ OWN_NAMES = {role: f"{role}_mm" for role in LENGTH_ROLES} | {
 }
 """Names of columns with a unit, in written tables. Other columns are called as their role."""
 
-LENGTH_UNITS = {"mm": 1.0, "inch": 25.4, "µm": 1e-3, "cm": 10.0, "m": 1e3}
+LENGTH_UNITS = {"mm": 1.0, "inch": 25.4, "µm": 1e-3, "cm": 10.0, "m": 1e3, "thou": 0.0254}
 """Millimetres in the units of length that a column can state."""
 FEED_UNITS = {"mm/min": 1.0, "inch/min": 25.4, "mm/s": 60.0, "m/min": 1e3, "inch/s": 1524.0}
 """Millimetres per minute in the units that a column of feeds can state."""
@@ -45,7 +45,8 @@ ANGLE_UNITS = {"deg": DEGREE}
 _UNIT_WORDS = {
     "mm": "mm millimeter millimeters millimetre millimetres milimetros",
     "inch": "in inch inches zoll \" '' pouce pouces pulgada pulgadas pollici",
-    "µm": "um µm μm mikrometer micron microns micrometer micrometre",
+    "µm": "um µm μm mikrometer micron microns micrometer micrometre 1/1000mm 0.001mm 0,001mm",
+    "thou": "thou mil mils 0.001in 0.001inch",
     "cm": "cm",
     "m": "m meter metre",
     "mm/min": "mm/min mm_min mmpm mm/minute",
@@ -150,7 +151,10 @@ _FRAME_WORDS = (
     "wcs", "workoffset", "workcoordinatesystem", "csys", "coordsys", "coordinatesystem", "frame",
     "workpiececoordinatesystem", "nullpunkt", "zeropoint", "koordinatensystem", "offsetno",
     "gcodeoffset", "alignment", "alignmentname", "alignmentid", "tableangle", "rotarytable",
-    "rotarytableangle", "tischwinkel", "drehtisch", "drehtischwinkel",
+    "rotarytableangle", "tischwinkel", "drehtisch", "drehtischwinkel", "w", "waxis", "waxe",
+    "wachse", "uaxis", "vaxis", "quill", "pinole", "ram", "xoffset", "yoffset", "zoffset",
+    "offsetx", "offsety", "offsetz", "scale", "scaling", "scalefactor", "masstab", "skalierung",
+    "workplane", "ebenenwahl", "mirror", "spiegelung",
 )  # fmt: skip
 _ORIENTATION_WORDS = (
     "orientation",
@@ -201,7 +205,7 @@ _BY_CELLS = {
         r"messen|rapide|lent|lento",
         re.IGNORECASE,
     ),
-    "frame": re.compile(r"G5[4-9](?:\.[1-9])?|G9[01]|G2[01]", re.IGNORECASE),
+    "frame": re.compile(r"G5[4-9](?:\.[1-9])?|G9[01]|G2[01]|G1[789]", re.IGNORECASE),
     "tip": re.compile(r"T\d+A-?\d+(?:\.\d+)?B-?\d+(?:\.\d+)?", re.IGNORECASE),
     "orientation": re.compile(r"A-?\d+(?:\.\d+)?[ _/]?B-?\d+(?:\.\d+)?", re.IGNORECASE),
 }
@@ -434,7 +438,7 @@ def _known() -> dict[str, tuple[str, int]]:
     known |= dict.fromkeys(_TIP_WORDS, ("tip", 1))
     known |= dict.fromkeys(_PART_WORDS, ("part", 1))
     known |= dict.fromkeys(_COUNT_WORDS, ("part", 1))
-    known["t"] = ("tip", 1)
+    known["t"] = known["h"] = ("tip", 1)
     known |= dict.fromkeys(("height", "hohe", "hauteur", "altura", "altezza", "hoogte"), ("z", 3))
     known |= dict.fromkeys(_FRAME_WORDS, ("frame", 1))
     known |= dict.fromkeys(_PASS_WORDS, ("pass", 1))

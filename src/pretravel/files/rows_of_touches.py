@@ -34,9 +34,12 @@ _MOVES = {
 _VERDICT = re.compile(
     r"(?:status|state|[ée]tat|statut|estado|stato|result|ergebnis|ok|verdict|outcome|"
     r"check|test|pass(?:ed)?[ /_]?fail(?:ed)?|"
-    r"in ?tol(?:erance)?|eval\w*|bewertung|urteil|i\.?o\.?|flag|quality|judg\w*|conform\w*)\W*",
+    r"in ?tol(?:erance)?|eval\w*|bewertung|urteil|i\.?o\.?|quality|"
+    r"accept(?:ed)?|judg\w*|conform\w*)\W*",
     re.IGNORECASE,
 )
+_FLAGS = re.compile(r"flags?|warnings?|warnungen?", re.IGNORECASE)
+_DIGITS = 9
 _GOOD = re.compile(
     r"ok(?:ay)?|pass(?:ed)?|good|gut|i\.?o\.?|in ?tol(?:erance)?|intol|true|yes|y|ja|valid|accept"
     r"(?:ed)?|conform|done|complete[d]?|bon|c|0\.?0*",
@@ -133,7 +136,12 @@ def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
         cells = [cell.strip() for cell in text.column(i)]
         bad = [k for k, cell in enumerate(cells) if _NOT_GOOD.fullmatch(cell)]
         good = [k for k, cell in enumerate(cells) if not cell or _GOOD.fullmatch(cell)]
-        if not is_verdict(text.title(i)) or not bad or len(bad) + len(good) < len(cells):
+        if _FLAGS.fullmatch(text.title(i).strip()) and all(map(str.isdecimal, cells)):
+            good = [k for k, cell in enumerate(cells) if int(cell[:_DIGITS]) == 0]
+            bad = [k for k in range(len(cells)) if k not in good]
+        elif not is_verdict(text.title(i)):
+            continue
+        if not bad or len(bad) + len(good) < len(cells):
             continue
         if good:
             lines = ", ".join(str(text.lines[k]) for k in bad[:_SHOWN])

@@ -10,6 +10,7 @@ from itertools import pairwise
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.roles_of_columns import ColumnRoles
+from pretravel.files.row_statements import changes_rows
 from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.text_table import TextTable
 
@@ -43,6 +44,11 @@ _MISSES = {
     "nicht angetastet", "raté", "rate", "manqué", "sin contacto", "fallido", "mancato",
     "nessun contatto", "no touch", "not found", "not probed", "not measured",
 }  # fmt: skip
+_NOTES = {
+    "comment", "comments", "remark", "remarks", "note", "notes", "bemerkung", "bemerkungen",
+    "kommentar", "anmerkung", "commentaire", "remarque", "comentario", "nota", "info",
+}  # fmt: skip
+"""Titles of columns in which people write what happened."""
 _UNIT = {
     "unit", "units", "einheit", "unit of length", "maßeinheit", "unité", "unite", "unidad",
     "unidades", "unità", "unita",
@@ -270,7 +276,9 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
     for i, name in _other_columns(text, roles):
         cells = [cell.strip().lower() for cell in text.column(i)]
         words = {*re.findall(r"\w+", name), name}
-        no = {*_MISSES, *_BAD} if words & _STATUS else set()
+        if words & _NOTES:
+            _refuse_changing_notes(text, i)
+        no = {*_MISSES, *_BAD} if words & (_STATUS | _NOTES) else set()
         if words & _STATUS and words & _OF_PROBE:
             no |= _FAILED
         if words & _CODES and all(map(_CODE.fullmatch, cells)) and "0" in cells:
@@ -288,6 +296,18 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
                 "line",
                 text.lines[missed[0]],
                 inputs=("exclude",),
+            )
+
+
+def _refuse_changing_notes(text: TextTable, column: int) -> None:
+    """Refuse a note in a row that may change the meaning of the rows after it."""
+    cells = text.column(column)
+    for cell, line in zip(cells[1:], text.lines[1:], strict=True):
+        if cell.strip().lower() not in _MISSES and changes_rows(cell) and len({*cells}) > 1:
+            raise text.file.error(
+                f"{text.title(column)} is '{shortened(cell)}' in this row, which may change the "
+                "meaning of the rows after it: split the table there, or leave the note out",
+                line,
             )
 
 

@@ -232,10 +232,10 @@ def _of_one_frame(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
 
 
 def _without_counts(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
-    """The roles without a count of rows that looks like a series, and without a T of other values.
+    """The roles without a count of rows that looks like a series, and without another T or H.
 
-    T is the tool where all its cells are whole numbers of three digits at most (T5, 5), of which
-    one comes twice; otherwise it is a time or a temperature.
+    T is the tool, and H its length, where all cells are whole numbers of three digits at most (T5,
+    5), of which one comes twice; otherwise it is a time, a temperature or a height.
     """
     index, also = dict(roles.index), dict(roles.also)
     for role in {"tip", "part"} & set(index) - roles.stated:
@@ -247,7 +247,7 @@ def _without_counts(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
 
 def _counts(title: str, cells: Sequence[str]) -> bool:
     unique = len(cells) > 1 and len(set(cells)) == len(cells)
-    if title.strip().lower() != "t":
+    if title.strip().lower() not in ("t", "h"):
         return unique and counts_rows(title)
     return unique or not all(_TOOL.fullmatch(cell) for cell in cells)
 

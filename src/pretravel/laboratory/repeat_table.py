@@ -236,7 +236,10 @@ def _kinds_of_columns(text: TextTable) -> tuple[list[int], list[int], list[int]]
     for i in range(text.width):
         cells, title = text.column(i), text.title(i)
         role = column_name(title).role
+        of_place = role in _POSITIONS and len({*cells}) == 1
         if _counts(cells) or (len(cells) == 1 and cells[0].isdecimal() and role):
+            continue
+        if of_place and _others_vary(text, i):
             continue
         if (
             not _are_numbers(cells)
@@ -414,6 +417,12 @@ def _are_numbers(cells: Sequence[str]) -> bool:
 def _are_groups(cells: Sequence[str]) -> bool:
     """Whether integers come again, as numbers of places and parts do."""
     return all(cell.isdecimal() for cell in cells) and len({*cells}) * 2 <= len(cells)
+
+
+def _others_vary(text: TextTable, column: int) -> bool:
+    """Whether another column has numbers that are not all one, such as the heights at a place."""
+    others = [text.column(i) for i in range(text.width) if i != column]
+    return any(len({*cells}) > 1 and _are_numbers(cells) and not _counts(cells) for cells in others)
 
 
 def _are_places(cells: Sequence[str]) -> bool:

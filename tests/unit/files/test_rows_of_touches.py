@@ -44,7 +44,14 @@ def test_fast_and_slow_touches_among_moves_stay_passes() -> None:
 
 @pytest.mark.parametrize(
     ("title", "good", "bad"),
-    [("Result", "PASS", "FAIL"), ("OK", "Y", "N"), ("Status", "OK", "NG"), ("Check", "io", "nio")],
+    [
+        ("Result", "PASS", "FAIL"),
+        ("OK", "Y", "N"),
+        ("Status", "OK", "NG"),
+        ("Check", "io", "nio"),
+        ("Accepted", "yes", "no"),
+        ("Flags", "0", "4"),
+    ],
 )
 def test_rows_that_a_verdict_calls_bad_are_named(title: str, good: str, bad: str) -> None:
     rows = f"X,Y,Z,{title}\n1,0,3,{good}\n2,0,3,{bad}\n3,0,3,{good}\n"
@@ -56,6 +63,31 @@ def test_rows_that_a_verdict_calls_bad_are_named(title: str, good: str, bad: str
 def test_rows_with_an_error_are_refused(title: str) -> None:
     with pytest.raises(InputError, match=f"line 3: {title} is '5'"):
         _read(f"X,Y,Z,{title}\n1,0,3,0\n2,0,3,5\n3,0,3,0\n")
+
+
+@pytest.mark.parametrize(
+    ("title", "first", "second"),
+    [
+        ("Z offset", "0", "0.5"), ("Scale", "1", "25.4"), ("Plane", "G17", "G18"), ("W", "0", "50"),
+        ("Quill", "0", "50"), ("Remark", "", "new stylus"), ("Comment", "", "no contact"),
+    ],
+)  # fmt: skip
+def test_what_changes_the_rows_is_refused(title: str, first: str, second: str) -> None:
+    rows = f"X,Y,Z,{title}\n1,0,3,{first}\n2,0,3,{{}}\n3,0,3,{first}\n"
+    with pytest.raises(InputError, match=f"line 3: {title}"):
+        _read(rows.format(second))
+    assert len(_read(rows.format(first)).touches) == 3
+
+
+def test_the_number_of_a_tool_length_is_the_tip() -> None:
+    found = _read("H,X,Y,Z\n20,1,2,3\n20,2,2,3\n21,3,2,3\n")
+    assert found.touches.words == {"tip": ("20", "20", "21")}
+
+
+@pytest.mark.parametrize(("unit", "x"), [("1/1000 mm", 1.0), ("thou", 25.4), ("mil", 25.4)])
+def test_thousandths_in_titles(unit: str, x: float) -> None:
+    rows = f"X [{unit}],Y [{unit}],Z [{unit}]\n1000,2000,3000\n2000,2000,3001\n"
+    assert _read(rows, ReadingOptions(normal=(0, 0, 1))).touches.positions[0, 0] == x
 
 
 @pytest.mark.parametrize("title", ["Direction", "Axis", "Antastrichtung", "probe dir"])
@@ -94,7 +126,7 @@ def test_u_v_w_are_normals_where_they_are_unit_vectors() -> None:
     rows = "Nr X Y Z U V W\n1 1 0 3 0 0 1\n2 2 0 3 0 {} 0.8\n"
     found = _read(rows.format("0.6"), ReadingOptions(units="mm"))
     assert found.touches.normals[1].tolist() == pytest.approx([0.0, 0.6, 0.8])
-    with pytest.raises(InputError, match="no normals"):
+    with pytest.raises(InputError, match="W changes"):
         _read(rows.format("0.7"), ReadingOptions(units="mm"))
 
 

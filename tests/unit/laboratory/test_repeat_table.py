@@ -68,6 +68,8 @@ def test_a_coordinate_of_two_places_distinguishes_series() -> None:
     found = _read("X,Z\n" + rows, "mm")
     assert [one.name for one in found.series] == ["X 10", "X 50"]
     assert found.series[1].values.tolist() == [*_Z]
+    found = _read("X,Y,Z fast,Z slow\n" + _rows("1,2,{z},{z}"), "mm")
+    assert [one.name for one in found.series] == ["Z fast", "Z slow"]
 
 
 @pytest.mark.parametrize("title", ["D mm", "Ø [mm]", "Bore diameter mm"])
