@@ -254,6 +254,12 @@ def _placed(text: TextTable, stated: Mapping[str, str]) -> dict[str, int]:
             "and z of each point as a row",
             text.lines[0],
         )
+    if {"x", "y", "z"} <= {row[0].strip().lower() for row in text.rows}:
+        raise text.file.error(
+            "the table has its coordinates in rows, x in one, y in another: write x, y and z of "
+            "each touch in one row",
+            text.lines[0],
+        )
     if width in (4, 7):
         if not _are_labels(text.column(0)):
             raise _without_names(text, "its first column is not a label or a running number")

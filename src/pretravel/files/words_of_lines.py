@@ -24,6 +24,10 @@ _NOT_TOUCHED = re.compile(r"nom|soll|targ|theo|cmd|stop|end|start|ref", re.IGNOR
 _SKIP_SIGNAL = re.compile(r"#506([123])\s*(=\s*|\s(?=[XYZ]))|\bQ11([567])\s*=\s*")
 """Variables of the position at the probe's signal: Fanuc #5061 …, Heidenhain Q115 …."""
 _ONE_AXIS = re.compile(rf"([XYZ])\s*+[:=]?+\s*+{APART}[,;*]?", re.IGNORECASE)
+_OF_A_POINT = re.compile(
+    r"\[?(point|punkt|pt|hit|touch|messpunkt|p|nr|no)\s?[:#.=]?\s?(\d{1,6})\]?:?", re.IGNORECASE
+)
+"""A line above the coordinates of a touch, each in a line of its own."""
 _FEWEST_JOINED = 2
 _TITLES = 3
 _UNIT_IN_TEXT = re.compile(
@@ -102,20 +106,32 @@ def joined_axes(lines: Iterable[tuple[int, str]]) -> list[tuple[int, str]]:
 
     >>> joined_axes([(1, "X 1.5"), (2, "Y 2"), (3, "Z 3"), (4, "X 2.5"), (5, "Y 2"), (6, "Z 3")])
     [(1, 'X 1.5 Y 2 Z 3'), (4, 'X 2.5 Y 2 Z 3')]
+    >>> lines = ["[Point 1]", "X=1", "Y=2", "Z=3", "[Point 2]", "X=2", "Y=2", "Z=3"]
+    >>> joined_axes(enumerate(lines, start=1))
+    [(2, 'Point_1 X=1 Y=2 Z=3'), (6, 'Point_2 X=2 Y=2 Z=3')]
     """
     every = list(lines)
     stated = [(n, line.strip()) for n, line in every if line.strip(" \t\r\n%")]
     begin = next((i for i, (_, line) in enumerate(stated) if _ONE_AXIS.fullmatch(line)), _TITLES)
-    rows = [(n, line) for n, line in stated[begin:] if not line.startswith(("(", ";"))]
+    if begin and begin < len(stated) and _OF_A_POINT.fullmatch(stated[begin - 1][1]):
+        begin -= 1
+    plain = [(n, line) for n, line in stated[begin:] if not line.startswith(("(", ";"))]
+    rows = [(n, line) for n, line in plain if not _OF_A_POINT.fullmatch(line)]
     axes = "".join(found[1].upper() for _, line in rows if (found := _ONE_AXIS.fullmatch(line)))
     if begin >= _TITLES or len(axes) < max(len(rows), 3 * _FEWEST_JOINED):
         return every
     if not ("XYZ" * len(rows)).startswith(axes):
         return every
-    told = [(n, line) for n, line in stated if (n, line) not in rows]
-    joined = [
-        (rows[i][0], " ".join(line for _, line in rows[i : i + 3])) for i in range(0, len(rows), 3)
-    ]
+    names = {
+        n: "_".join(found.groups()) for n, line in plain if (found := _OF_A_POINT.fullmatch(line))
+    }
+    told = [(n, line) for n, line in stated if (n, line) not in rows and n not in names]
+    joined, before = [], 0
+    for i in range(0, len(rows), 3):
+        number, words = rows[i][0], " ".join(line for _, line in rows[i : i + 3])
+        label = next((name for n, name in names.items() if before < n < number), "")
+        joined.append((number, f"{label} {words}".strip()))
+        before = number
     return sorted([*told, *joined])
 
 

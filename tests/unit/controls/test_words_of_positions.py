@@ -93,6 +93,8 @@ def test_tip_centres_behind_their_surface_are_named() -> None:
         "#5061 X{} #5062 Y-2.0 #5063 Z3.0\n",
         "Q115 = {} Q116 = -2.0 Q117 = 3.0\n",
         "X {}\nY- 2.0\nZ 3.0\n",
+        "[Point 1]\nX={}\nY=-2.0\nZ=3.0\n",
+        "Probe hit at X: {} Y: -2.0 Z: 3.0\n",
     ],
 )
 def test_longer_names_of_axes_and_one_axis_in_a_line(form: str) -> None:
@@ -107,6 +109,7 @@ def test_longer_names_of_axes_and_one_axis_in_a_line(form: str) -> None:
         "NOM_X=1.0 NOM_Y=2.0 NOM_Z=3.0\n",  # no touch
         "A_X=1.0 A_Y=2.0 A_Z=3.0 B_X=1.0 B_Y=2.0 B_Z=3.0\n",  # which of them?
         "X 1.0\nY 2.0\nZ 3.0\nD 4.0\n",  # a feature
+        "Probe target X1.0 Y2.0 Z3.0\n",
     ],
 )
 def test_names_of_axes_that_say_no_touch(lines: str) -> None:
@@ -121,6 +124,7 @@ def test_names_of_axes_that_say_no_touch(lines: str) -> None:
         ("X1.0 Y2.0 Z{} #5070={}\n", "1.0000", "0.0000"),
         ("x=1.0 y=2.0 z={} success={}\n", "1.0", "0.0"),
         ("[10:22:33] X1.0 Y2.0 Z{} {}\n", "HIT", "MISS"),
+        ("INFO: probe {1} at X: 1.0 Y: 2.0 Z: {0}\n", "tripped", "not tripped"),
         ("2024-03-12 10:22:33 X: 1.0 Y: 2.0 Z: {} triggered={}\n", "true", "false"),
     ],
 )

@@ -211,6 +211,11 @@ def test_a_title_of_unknown_words_is_no_coordinate() -> None:
         _read("Xбаза,Yбаза,Zбаза\n1,2,3\n2,2,3\n")
 
 
+def test_coordinates_in_rows_are_refused() -> None:
+    with pytest.raises(InputError, match="line 1: the table has its coordinates in rows"):
+        _read("Point,1,2,3\nX,1.0,2.0,3.0\nY,2.0,2.0,2.0\nZ,3.1,3.2,3.3\n")
+
+
 def test_a_column_of_heights_is_z() -> None:
     assert _read("X,Y,Height\n1,2,3\n2,2,3.5\n").touches.positions[1, 2] == 3.5
 

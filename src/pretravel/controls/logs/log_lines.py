@@ -83,6 +83,17 @@ _TIME = re.compile(
     re.IGNORECASE,
 )
 """A time before a position."""
+_WORDS_BEFORE = re.compile(
+    r"(?P<words>[A-Z][A-Z :,_-]{2,60}?)[\s:]\s*+\(?(?=X\s*+[:=]?+\s*+[-+.\d])", re.IGNORECASE
+)
+"""Words of several letters before a position: Probe hit at X …."""
+_OF_TOUCH = re.compile(r"probe|touch|trip|trig|hit|contact|meas|antast|palp", re.IGNORECASE)
+_OF_MISS = re.compile(r"\b(?:no|not|miss(?:ed)?|fail(?:ed)?|without)\b", re.IGNORECASE)
+_OF_NO_TOUCH = re.compile(
+    r"nom|target|start|end|stop|move|goto|center|centre|result|expect|corner|average|mean|plan|"
+    r"offset|approach|retract|simul|before|after",
+    re.IGNORECASE,
+)
 _BRACKETED = re.compile(r"\(([^()]*)\)")
 _UNIT_LINE = re.compile(
     r"\W*+(?:(?:units?|einheit(?:en)?)\W*+)?+\b(mm|inch|inches|metric|imperial|zoll)\b\W*+",
@@ -135,7 +146,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     contact: list[bool] = []
     for number, text in joined_axes(enumerate(file.lines("a log of positions"), start=1)):
         units = _unit_of_comments(file, text, number, units, stated)
-        signal = _SIGNAL.search(text)
+        missed = _says_miss(text)
         line = _without_time_and_signal(without_comments(text))
         line = _NUMBERED.sub("", line)
         if not line or line.startswith((";", "%", "#")):
@@ -167,9 +178,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             stated.row(number)
             rows.append(position)
             numbers.append(number)
-            contact.append(
-                signal is None or not _MISSED.fullmatch(signal["flag"] or signal["word"])
-            )
+            contact.append(not missed)
             feeds.append(feed)
             labels.append((named["number"] or named["name"]) if named else "")
     scale = file.scale(units, "the file does not give its units (G20 or G21)")
@@ -267,10 +276,31 @@ def _position(
     return file.numbers([words[axis] for axis in "XYZ"], number)
 
 
+def _says_miss(line: str) -> bool:
+    """Whether a line of a position says that there was no contact, at its end or before it.
+
+    >>> _says_miss("X1 Y2 Z3 MISS"), _says_miss("probe not tripped X1 Y2 Z3"), _says_miss("X1 Y2")
+    (True, True, False)
+    """
+    signal, before = _SIGNAL.search(line), _words_before(line)
+    missed = signal is not None and bool(_MISSED.fullmatch(signal["flag"] or signal["word"]))
+    return missed or (before is not None and _OF_MISS.search(before["words"]) is not None)
+
+
+def _words_before(line: str) -> re.Match[str] | None:
+    """Words of a touch, or of one that missed, before a position."""
+    time = _TIME.match(line)
+    found = _WORDS_BEFORE.match(line, time.end() if time else 0)
+    if found is None or _OF_NO_TOUCH.search(found["words"]):
+        return None
+    return found if _OF_TOUCH.search(found["words"]) else None
+
+
 def _without_time_and_signal(line: str) -> str:
     """A line of a position without what stands before and after the words."""
-    time = _TIME.match(line)
-    return plain_axes(_SIGNAL.sub("", line[time.end() :] if time else line).strip())
+    before = _words_before(line) or _TIME.match(line)
+    rest = line[before.end() :] if before else line
+    return plain_axes(_SIGNAL.sub("", rest).strip())
 
 
 def _squeezed(value: str) -> str:
