@@ -131,6 +131,8 @@ REFUSED_FILES: dict[str, tuple[tuple[str, ...], str]] = {
         (
             "Measuring log Probing cycle 421 Hole Measuring\nDate: 30-06-2005\nTime: 6:55:04\n",
             "**********\nMessprotokoll Antastzyklus 421 Bohrung messen\n",
+            "VS75=12.345 VS76=-5.000 VS78=25.012\n",
+            "Date;Cycle;X set;X act;Y act;Z act\n1;CYCLE978;1;1.1;2;3\n2;CYCLE977;1;1.1;2;3\n",
         ),
         "one by one",
     ),

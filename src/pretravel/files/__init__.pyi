@@ -35,6 +35,8 @@ from .laboratory_statements import REPORT_TABLES as REPORT_TABLES
 from .laboratory_statements import LaboratoryStatement as LaboratoryStatement
 from .laboratory_statements import LaboratoryStatements as LaboratoryStatements
 from .laboratory_statements import comparison_sentence as comparison_sentence
+from .lines_of_tables import numbers_columns as numbers_columns
+from .lines_of_tables import plain_number as plain_number
 from .logs.dmis import statements as statements
 from .logs.plain_labels import plain_labels as plain_labels
 from .logs.plain_labels import without_comments as without_comments
@@ -57,6 +59,7 @@ from .map_file import MAP_ENDINGS as MAP_ENDINGS
 from .map_file import read_map as read_map
 from .map_file import write_map as write_map
 from .misses import filled_in as filled_in
+from .misses import odd_zeros as odd_zeros
 from .netcdf import read_dataset as read_dataset
 from .netcdf import write_dataset as write_dataset
 from .placement_file import read_placement as read_placement
@@ -92,6 +95,8 @@ from .row_statements import RowStatements as RowStatements
 from .row_statements import StatedRows as StatedRows
 from .row_statements import comments_among as comments_among
 from .row_statements import unknown_lines as unknown_lines
+from .rows_of_touches import is_verdict as is_verdict
+from .rows_of_touches import verdicts as verdicts
 from .several_files import files_meant as files_meant
 from .several_files import files_of as files_of
 from .several_files import read_series as read_series
@@ -108,6 +113,7 @@ from .stated_normals import one_normal as one_normal
 from .table_formats import CSV as CSV
 from .table_formats import PARQUET as PARQUET
 from .tables import write_table as write_table
+from .text_table import TextTable as TextTable
 from .text_table import read_text_table as read_text_table
 from .touch_columns import read_touch_columns as read_touch_columns
 from .touch_scatter_file import read_touch_scatter as read_touch_scatter
@@ -116,3 +122,6 @@ from .touches_csv import read_plan as read_plan
 from .touches_csv import read_targets as read_targets
 from .touches_csv import read_touches as read_touches
 from .touches_csv import write_touches as write_touches
+from .words_of_lines import joined_axes as joined_axes
+from .words_of_lines import plain_axes as plain_axes
+from .words_of_lines import units_in_text as units_in_text

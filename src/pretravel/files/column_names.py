@@ -35,7 +35,7 @@ OWN_NAMES = {role: f"{role}_mm" for role in LENGTH_ROLES} | {
 }
 """Names of columns with a unit, in written tables. Other columns are called as their role."""
 
-LENGTH_UNITS = {"mm": 1.0, "inch": 25.4, "µm": 1e-3, "cm": 10.0, "m": 1e3}
+LENGTH_UNITS = {"mm": 1.0, "inch": 25.4, "µm": 1e-3, "cm": 10.0, "m": 1e3, "thou": 0.0254}
 """Millimetres in the units of length that a column can state."""
 FEED_UNITS = {"mm/min": 1.0, "inch/min": 25.4, "mm/s": 60.0, "m/min": 1e3, "inch/s": 1524.0}
 """Millimetres per minute in the units that a column of feeds can state."""
@@ -45,7 +45,8 @@ ANGLE_UNITS = {"deg": DEGREE}
 _UNIT_WORDS = {
     "mm": "mm millimeter millimeters millimetre millimetres milimetros",
     "inch": "in inch inches zoll \" '' pouce pouces pulgada pulgadas pollici",
-    "µm": "um µm μm mikrometer micron microns micrometer micrometre",
+    "µm": "um µm μm mikrometer micron microns micrometer micrometre 1/1000mm 0.001mm 0,001mm",
+    "thou": "thou mil mils 0.001in 0.001inch",
     "cm": "cm",
     "m": "m meter metre",
     "mm/min": "mm/min mm_min mmpm mm/minute",
@@ -65,12 +66,27 @@ _POSITION_WORDS = (
     "mes", "mis", "misurata", "rilevato", "effettivo", "real", "reel", "effektiv",
     "observed", "probed", "centro", "mittelpunkt", "value", "wert", "center", "centre", "tip",
     "tipcenter", "tipcentre", "ballcenter", "ballcentre", "probecenter", "kugelmittelpunkt",
-    "point", "punkt", "pt", "p", "abs", "axis", "achse", "axe",
+    "point", "punkt", "pt", "p", "abs", "axis", "achse", "axe", "trig", "trigger", "skip", "latch",
+    "latched", "mpos", "wpos", "work", "mach", "machine", "mcs", "wcs", "dro", "quota", "cota",
+    "cote", "gemeten", "zmierzone", "zmierzona", "namerene", "uppmatt", "malt",
 )  # fmt: skip
+_MEASURED_WORDS = ("act", "actual", "meas", "measured", "ist", "istwert", "mesure", "medido")
+"""Of these, such that a vector can have; that of a tip or an axis is no normal."""
+_OTHER_SCRIPTS = {
+    "坐标": "pos", "座標": "pos", "测量": "meas", "測定": "meas", "实测": "act", "実測": "act",
+    "实际": "act", "标称": "nom", "公称": "nom", "理论": "theo", "設計": "nom", "设计": "nom",
+    "目标": "target", "法向": "normal", "法线": "normal", "法線": "normal", "法矢": "normal",
+    "值": "", "値": "", "序号": "nr", "番号": "nr", "点号": "ptno", "名称": "name", "测头": "probe",
+    "零件": "part", "координата": "pos", "факт": "act", "изм": "meas", "номинал": "nom",
+    "ном": "nom", "нормаль": "normal", "точка": "point", "µ": "u", "μ": "u",
+    "ø": "dia", "Ø": "dia", "⌀": "dia",
+}  # fmt: skip
+"""Words of titles in other scripts; longer ones come before those that begin them."""
 _NOMINAL_WORDS = (
     "nominal", "nom", "soll", "sollwert", "sollmass", "theo", "theoretical", "theorique",
     "teorico", "teorica", "theor", "nominale", "nominell", "ref", "reference",
-    "target", "design", "cad", "expected", "programmed", "basic",
+    "target", "design", "cad", "expected", "programmed", "basic", "set", "setpoint",
+    "nominaal", "nominalne", "nominalna", "nominalni", "jmenovite",
 )  # fmt: skip
 _NORMAL_WORDS = (
     "n", "norm", "normal", "normale", "normals", "normalvector", "normalvektor", "vector",
@@ -135,7 +151,10 @@ _FRAME_WORDS = (
     "wcs", "workoffset", "workcoordinatesystem", "csys", "coordsys", "coordinatesystem", "frame",
     "workpiececoordinatesystem", "nullpunkt", "zeropoint", "koordinatensystem", "offsetno",
     "gcodeoffset", "alignment", "alignmentname", "alignmentid", "tableangle", "rotarytable",
-    "rotarytableangle", "tischwinkel", "drehtisch", "drehtischwinkel",
+    "rotarytableangle", "tischwinkel", "drehtisch", "drehtischwinkel", "w", "waxis", "waxe",
+    "wachse", "uaxis", "vaxis", "quill", "pinole", "ram", "xoffset", "yoffset", "zoffset",
+    "offsetx", "offsety", "offsetz", "scale", "scaling", "scalefactor", "masstab", "skalierung",
+    "workplane", "ebenenwahl", "mirror", "spiegelung",
 )  # fmt: skip
 _ORIENTATION_WORDS = (
     "orientation",
@@ -186,7 +205,7 @@ _BY_CELLS = {
         r"messen|rapide|lent|lento",
         re.IGNORECASE,
     ),
-    "frame": re.compile(r"G5[4-9](?:\.[1-9])?|G9[01]|G2[01]", re.IGNORECASE),
+    "frame": re.compile(r"G5[4-9](?:\.[1-9])?|G9[01]|G2[01]|G1[789]", re.IGNORECASE),
     "tip": re.compile(r"T\d+A-?\d+(?:\.\d+)?B-?\d+(?:\.\d+)?", re.IGNORECASE),
     "orientation": re.compile(r"A-?\d+(?:\.\d+)?[ _/]?B-?\d+(?:\.\d+)?", re.IGNORECASE),
 }
@@ -244,6 +263,8 @@ def column_name(title: str) -> ColumnName:
         if title == OWN_NAMES.get(role, role):
             return ColumnName(title, role, _own_unit(role), 0)
     words, unit = _without_unit(title)
+    if not words.isascii():
+        words = _translated(words)
     plain = re.sub(r"[^a-z0-9#]", "", _plain(words))
     found = _known().get(plain) or _of_one_word(words)
     if found is None:
@@ -252,6 +273,18 @@ def column_name(title: str) -> ColumnName:
     if role in (*TEXT_ROLES, *NORMAL_ROLES, FRAME_ROLE):
         unit = None
     return ColumnName(title, role, unit, rank)
+
+
+def _translated(words: str) -> str:
+    """A name with words in other scripts in our words; an unknown word stays, and has no role.
+
+    >>> _translated("X坐标"), _translated("法向X"), column_name("标称X").role
+    ('Xpos', 'normalX', 'nominal_x')
+    """
+    for word, own in _OTHER_SCRIPTS.items():
+        words = words.replace(word, own)
+    unknown = any(c.isalpha() and not c.isascii() for c in _plain(words))
+    return "?unknown" if unknown else words
 
 
 def _of_one_word(title: str) -> tuple[str, int] | None:
@@ -393,13 +426,20 @@ def _known() -> dict[str, tuple[str, int]]:
             known |= {word + letter: (f"n{axis}", 1)}
             if len(word) > 1:
                 known |= {letter + word: (f"n{axis}", 1)}
+    for axis, letter in zip("xyz", "ijk", strict=True):  # vectors of nominal and measured points
+        for rank, words in ((3, _NOMINAL_WORDS), (4, _MEASURED_WORDS)):
+            for word in words:
+                if len(word) > 1:
+                    known.setdefault(word + letter, (f"n{axis}", rank))
+                    known.setdefault(letter + word, (f"n{axis}", rank))
     known |= dict.fromkeys(_FEED_WORDS, ("feed", 1))
     known |= dict.fromkeys(_SPINDLE_WORDS, ("spindle", 1))
     known |= dict.fromkeys(_REFERENCE_WORDS, ("reference", 1))
     known |= dict.fromkeys(_TIP_WORDS, ("tip", 1))
     known |= dict.fromkeys(_PART_WORDS, ("part", 1))
     known |= dict.fromkeys(_COUNT_WORDS, ("part", 1))
-    known["t"] = ("tip", 1)
+    known["t"] = known["h"] = ("tip", 1)
+    known |= dict.fromkeys(("height", "hohe", "hauteur", "altura", "altezza", "hoogte"), ("z", 3))
     known |= dict.fromkeys(_FRAME_WORDS, ("frame", 1))
     known |= dict.fromkeys(_PASS_WORDS, ("pass", 1))
     known |= dict.fromkeys(_ORIENTATION_WORDS, ("orientation", 1))

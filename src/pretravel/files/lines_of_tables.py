@@ -10,18 +10,14 @@ from collections.abc import Sequence
 from pretravel.files.column_names import names_known_columns, unit_of
 from pretravel.files.csv_table import cell_content
 from pretravel.files.row_statements import Record
+from pretravel.files.words_of_lines import APART, NUMERAL, together
 
 SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", "  ": "wide blanks"}
 """The separators that are tried, in this order, each with its name for people."""
-_NUMBER = r"[-+−]?(?:\d+(?:[.,'’]\d+)*\.?|[.,]\d+)(?:[eE][-+]?\d+)?"
-IS_NUMBER = re.compile(_NUMBER)
-_APART = rf"(?:[-+−]\s+)?{_NUMBER}"
-"""A number, also with blanks between its sign and its digits."""
-IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_APART})|([A-Za-z])\s*({_APART})")
-_APART_WORD = re.compile(rf"([A-Za-z])\s*({_APART})[\s,;]*")
-"""A letter and its number, with blanks between them."""
-COMMENT = re.compile(r"#(?!\d+\s*:)|%|//|!|\$\$|\(.*\)$")
-"""But #03: numbers a point."""
+IS_NUMBER = re.compile(NUMERAL)
+IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({APART})|([A-Za-z])\s*({APART})")
+COMMENT = re.compile(r"#(?!\d+\s*:|\s*+[;,\t|])|%|//|!|\$\$|\(.*\)$")
+"""But #03: numbers a point, and a header can begin with # alone."""
 SAMPLE = 300
 """Rows from which the separator is determined."""
 FEWEST_NUMBERS = 3
@@ -30,6 +26,7 @@ FEWEST_ROWS = 2
 """Rows from which a header with another number of cells is the odd one."""
 _TITLES = 6
 """Most lines above a table without a header."""
+_VECTORS = ({"i", "j", "k"}, {"nx", "ny", "nz"})
 _QUOTED = 60
 """Most characters of a line that a message quotes."""
 
@@ -76,7 +73,7 @@ def has_known_header(lines: Sequence[str]) -> bool:
     >>> has_known_header(["Probe 1", "Nr;X;Y;Z"])
     True
     """
-    return any(
+    return not _is_json(lines) and any(
         is_header(split_cells(line, separator))
         for line in lines[:20]
         for separator in SEPARATORS
@@ -108,35 +105,23 @@ def rows_below_a_title(lines: Sequence[str]) -> bool:
 
 
 def has_worded_rows(lines: Sequence[str]) -> bool:
-    """Whether the first line has words such as X1.5, with separators or with I, J, K.
+    """Whether a line near the head has words such as X1.5, with separators or with I, J, K.
 
     >>> has_worded_rows(["X=1.5, Y=2, Z=3"]), has_worded_rows(["N1 X1 Y2 Z3 I0 J0 K1"])
     (True, True)
     >>> has_worded_rows(["G1 X1 Y2 Z3"]), has_worded_rows(["X 1 Y 2 Z- 3 I 0 J 0 K 1"])
     (False, True)
     """
-    plain = [together(line) for line in lines if not COMMENT.match(line)]
-    for separator in SEPARATORS:
-        words = [
-            IS_WORD.fullmatch(cell) for cell in split_cells(plain[0] if plain else "", separator)
-        ]
-        names = {(word[1] or word[3]).lower() for word in words if word is not None}
-        if {"x", "y", "z"} <= names and "g" not in names:
-            return bool(separator.strip()) or {"i", "j", "k"} <= names
+    if _is_json(lines):
+        return False
+    plain = [together(line) for line in lines[: 2 * _TITLES] if not COMMENT.match(line)]
+    for line in plain[: _TITLES + 1]:
+        for separator in SEPARATORS:
+            words = [IS_WORD.fullmatch(cell) for cell in split_cells(line, separator)]
+            names = {(word[1] or word[3]).lower() for word in words if word is not None}
+            if {"x", "y", "z"} <= names and "g" not in names:
+                return bool(separator.strip()) or any(vector <= names for vector in _VECTORS)
     return False
-
-
-def together(line: str) -> str:
-    """A row of words with vectors, each letter together with its number.
-
-    >>> together("X 1.5 Y- 2 Z 3 I 0 J 0 K 1"), together("X 1.5 Y- 2 Z 3")
-    ('X1.5 Y-2 Z3 I0 J0 K1', 'X 1.5 Y- 2 Z 3')
-    """
-    words = _APART_WORD.findall(line) if _APART_WORD.match(line) else []
-    letters = [word[0].upper() for word in words]
-    if _APART_WORD.sub("", line).strip() or not {*"XYZIJK"} <= {*letters}:
-        return line
-    return " ".join(f"{letter}{''.join(number.split())}" for letter, number in words)
 
 
 def not_a_table(lines: Sequence[str]) -> str:
@@ -233,7 +218,26 @@ def is_header(cells: list[str]) -> bool:
     return names_known_columns(cells) and not any(map(IS_NUMBER.fullmatch, cells))
 
 
-_DRESSED = re.compile(rf"({_NUMBER})(?:([-+−])|\s?([A-Za-zµμ°\"/]{{1,8}}))")
+_NUMBERED = re.compile(r"([^\W\d]{1,12}[ _#]?)(\d{1,3})(?:[ _\[(]{1,2}(?:mm|in|inch|[uµ]m)[\])]?)?")
+
+
+def numbers_columns(cells: Sequence[str], below: Sequence[str]) -> bool:
+    """Whether cells are names with numbers that rise, M1, M2 …, above numbers without letters.
+
+    >>> numbers_columns(["#", "Z1", "Z2"], ["1", "12.5", "12.6"])
+    True
+    >>> numbers_columns(["X1", "Y2", "Z3"], ["X1", "Y3", "Z3"])
+    False
+    """
+    found = [_NUMBERED.fullmatch(cell) for cell in cells]
+    names = [match for match in found if match is not None]
+    stems = {match[1] for match in names}
+    numbers = [int(match[2]) for match in names]
+    plain = [IS_NUMBER.fullmatch(cell) for cell, match in zip(below, found, strict=False) if match]
+    return len(names) > 1 and len(stems) == 1 and numbers == sorted({*numbers}) and all(plain)
+
+
+_DRESSED = re.compile(rf"({NUMERAL})(?:([-+−])|\s?([A-Za-zµμ°\"/]{{1,8}}))")
 """A number with its sign or its unit behind it."""
 _SIGNED = re.compile(r"\s*[-+−]")
 

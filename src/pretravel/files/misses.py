@@ -28,6 +28,9 @@ _INSIDE = 0.3
 """A surface is not as far behind its nominal place as this at every touch. [mm]"""
 _FEWEST_OTHERS = 3
 """One touch in three can be a miss."""
+_ODD = 6.0
+"""A height of 0 farther than this many standard deviations from the plane of the others is named:
+by chance 4 % of the zeros next to five others with normal errors, 0.3 % next to nine."""
 _ROUNDS = 20
 _SHOWN = 5
 
@@ -139,6 +142,9 @@ def named_misses(
         touches = kept
     lines = touches.lines or tuple(range(1, len(touches) + 1))
     if touches.nominal_points is not None:
+        if len(touches) > 1 and np.array_equal(touches.positions, touches.nominal_points):
+            said = "each position equals its nominal point: was anything measured?"
+            return replace(found, warnings=(*found.warnings, said))
         along = np.sum((touches.positions - touches.nominal_points) * touches.normals, axis=1)
         if told := _far_from_nominal(along, lines):
             return replace(found, warnings=(*found.warnings, *told))
@@ -198,6 +204,10 @@ def far_sentence(
     if len(rows):
         off = {int(row): float(left[row]) for row in rows}
         return (_far_words("height is", "heights are", "plane", off, lines),)
+    if axis is not None and (odd := odd_zeros(positions, axis)):
+        shown = ", ".join(str(lines[row]) for row in odd[:_SHOWN])
+        said = "is exactly 0, apart from the others: was it probed? If not, leave it out"
+        return (f"the height of line {shown} {said}",)
     from pretravel.measurement import missed_points_of_features
 
     return tuple(
@@ -210,6 +220,28 @@ def far_sentence(
         )
         for kind, found in missed_points_of_features(positions, labels)
     )
+
+
+def odd_zeros(positions: FloatArray, axis: int) -> list[int]:
+    """Rows, but the first, whose height is 0 to the last digit, apart from a plane of the others.
+
+    The first height of a grid is 0 where the grid was zeroed there.
+
+    >>> z = [0.012, 0.011, 0.013, 0.0, 0.012, 0.011]
+    >>> odd_zeros(np.array([[0, 0, z[0]], [9, 0, z[1]], [0, 9, z[2]], [9, 9, z[3]], [5, 5, z[4]],
+    ...     [5, 0, z[5]]]), 2)
+    [3]
+    """
+    zero = positions[:, axis] == 0.0
+    others = np.flatnonzero(~zero)
+    if zero[0] or not zero.any() or len(others) < _FEWEST or np.mean(zero) > _MOST:
+        return []
+    across = np.delete(positions, axis, axis=1)
+    rows = np.column_stack([np.ones(len(across)), across - across.mean(axis=0)])
+    plane, _, rank, _ = np.linalg.lstsq(rows[others], positions[others, axis], rcond=None)
+    left = positions[:, axis] - rows @ plane
+    scatter = float(np.sqrt(np.sum(left[others] ** 2) / max(len(others) - rank, 1)))
+    return [int(row) for row in np.flatnonzero(zero) if abs(left[row]) > _ODD * scatter]
 
 
 def _far_words(

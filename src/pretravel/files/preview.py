@@ -61,7 +61,9 @@ def look_at(
 def _with_normal(
     found: FileReadings | FilePositions, options: ReadingOptions
 ) -> FileReadings | FilePositions:
-    """Positions with the normal that is stated for all of them."""
-    if options.normal is None or not isinstance(found, FilePositions) or found.lacks:
+    """Positions with the normal that is stated for all of them; what they lack is a warning."""
+    if options.normal is None or not isinstance(found, FilePositions):
         return found
+    told = tuple(f"missing: {words}" for words in found.lacks)
+    found = replace(found, warnings=(*found.warnings, *told), lacks=())
     return replace(with_surface_normals(found, one_normal(options.normal)), normals_taken=False)

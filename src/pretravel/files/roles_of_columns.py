@@ -35,6 +35,8 @@ _MOST_DIGITS = 18
 _FEWEST_TO_NUMBER = 2
 _SHOWN = 12
 """Most columns that a message shows."""
+_UNIT_VECTOR = 0.01
+"""The square of a unit vector with two decimals differs from 1 by less."""
 _COLOURS = ".xyzrgb"
 """Ending of what Open3D writes: X Y Z R G B, with a pure colour as 1 0 0."""
 _UNITS_OF: Mapping[str, tuple[Mapping[str, float], str]] = {
@@ -157,6 +159,24 @@ def _names_of_columns(text: TextTable) -> list[ColumnName]:
             elif found.role != "label" and found.role and not groups_rows(text.column(i)):
                 found = ColumnName(title, None, None, 1)
         names.append(found)
+    return _with_uvw(text, names)
+
+
+def _with_uvw(text: TextTable, names: list[ColumnName]) -> list[ColumnName]:
+    """The names, where U, V, W are normals: unit vectors in a table without other normals."""
+    places = {name.title.strip().lower(): i for i, name in enumerate(names)}
+    known = {name.role for name in names}
+    if not {"u", "v", "w"} <= {*places} or known & {*NORMAL_ROLES} or not {"x", "y", "z"} <= known:
+        return names
+    columns = [places[letter] for letter in "uvw"]
+    try:
+        values = [[float(row[i].replace(",", ".")) for i in columns] for row in text.rows]
+    except ValueError:
+        return names
+    if any(abs(sum(part * part for part in row) - 1.0) > _UNIT_VECTOR for row in values):
+        return names
+    for role, i in zip(NORMAL_ROLES, columns, strict=True):
+        names[i] = ColumnName(names[i].title, role, None, 1)
     return names
 
 
@@ -232,6 +252,12 @@ def _placed(text: TextTable, stated: Mapping[str, str]) -> dict[str, int]:
         raise text.file.error(
             "this is a matrix of heights: x in its first row, y in its first column. Write x, y "
             "and z of each point as a row",
+            text.lines[0],
+        )
+    if {"x", "y", "z"} <= {row[0].strip().lower() for row in text.rows}:
+        raise text.file.error(
+            "the table has its coordinates in rows, x in one, y in another: write x, y and z of "
+            "each touch in one row",
             text.lines[0],
         )
     if width in (4, 7):

@@ -96,6 +96,8 @@ class StatedRows:
         What held at each row.
     unknown : list of line and text
         Lines that are not known statements.
+    unmeasured : list of line and text
+        Lines that say that nothing was measured.
     """
 
     file: SourceFile
@@ -103,6 +105,7 @@ class StatedRows:
     values: dict[str, str] = field(default_factory=dict)
     words: dict[str, list[str]] = field(default_factory=dict)
     unknown: list[tuple[int, str]] = field(default_factory=list)
+    unmeasured: list[tuple[int, str]] = field(default_factory=list)
     _held: dict[str, tuple[str, int]] = field(default_factory=dict)
     _broken: tuple[str, int] | None = None
 
@@ -130,7 +133,9 @@ class StatedRows:
         line : str
         number : int
         """
-        if (found is None or _NOTE.match(line)) and _CHANGES_ROWS.search(line.replace("_", " ")):
+        if _NOT_MEASURED.search(line):
+            self.unmeasured.append((number, line))
+        if (found is None or _NOTE.match(line)) and changes_rows(line):
             self.hold(f"the meaning of the rows, perhaps ('{shortened(line)}')", line, number)
         if found is None:
             self.unknown.append((number, line))
@@ -175,8 +180,26 @@ class StatedRows:
         return {name: tuple(words) for name, words in self.words.items() if any(words)}
 
     def warnings(self) -> tuple[str, ...]:
-        """A sentence that names the lines that are not known."""
-        return unknown_lines(self.unknown)
+        """Sentences that name the lines that are not known, or say that nothing was measured."""
+        return (*unknown_lines(self.unknown), *nothing_measured(self.unmeasured))
+
+
+def changes_rows(line: str) -> bool:
+    """Whether a comment, or a line that is not known, can change what the rows after it mean.
+
+    >>> changes_rows("Turn the part over"), changes_rows("coffee break")
+    (True, False)
+    """
+    return _CHANGES_ROWS.search(line.replace("_", " ")) is not None
+
+
+def is_note(line: str) -> bool:
+    """Whether a line of a log is a comment or a text.
+
+    >>> is_note("COMMENT/OPER,NO,next part"), is_note("HIT/BASIC")
+    (True, False)
+    """
+    return _NOTE.match(line) is not None
 
 
 CHANGES: dict[str, str] = {
@@ -245,7 +268,8 @@ _CHANGES_ROWS = re.compile(
     r"\b(?:units?|einheit(?:en)?)\W*(?:[:=]|mm|in\b|cm\b|µm|inch|zoll|metric|imperial)|"
     r"\b(?:inch|inches|zoll|G2[01]|G5[4-9](?:\.\d)?|G92|G68|wcs|work ?offset|rotat\w*|alignment|"
     r"datum|re-?clamp\w*|umgespannt|(?:serial|series|part|tip|tool) (?:no|number)\b)|"
-    rf"\b(?:turn|flipp|mov|shift)ed\W+(?:(?:the|a)\W+)*{_THINGS}\b|"
+    rf"\b(?:turn|flipp?|mov|shift|clamp|unclamp|loosen)e?(?:d|ing)?\W+(?:(?:the|a)\W+)*{_THINGS}\b|"
+    r"\bclamp(?:ed|ing)?\W+(?:(?:it|the part)\W+)?(?:again|over)\b|"
     r"\b\d+(?:[.,]\d+)? ?mm (?:ball|tip|stylus|kugel|taster)\b|"
     r"^\W*(?:fast|slow|schnell|langsam)(?:ly)?(?: (?:pass|touch)\w*)?\W*$|"
     r"^\W*T\d+\b|"
@@ -271,7 +295,7 @@ _CONDITIONS = re.compile(
     rf"{_ANGLES}|"
     r"\bmirror\w*\W+[XYZ]\b|"
     r"\bU(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]\s?\d|"
-    r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\b\W*)?[-+]?\d",
+    r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\W*)?[-+]?\d",
     re.IGNORECASE,
 )
 """Lines before the rows that state what points depend on, and no option or column reads."""
@@ -331,3 +355,27 @@ def comments_among(
                 number,
             )
     return tuple((number, line) for number, line in among if re.search(r"\w", line))
+
+
+_NOT_MEASURED = re.compile(
+    r"\bdry[- ]?run\b|\[sim\]|\bno (?:probing|measure(?:ment)?s?|touch(?:es)?)\b|"
+    r"\bnot (?:measured|probed)\b|\bnothing (?:was )?(?:measured|probed)\b|"
+    r"\bsimulat(?:ed|ion|ion mode)\b|\bsimuliert\b|"
+    r"\bpreview\b|\boff-?line\b|\bcheck mode\b|\btrockenlauf\b|\bprobelauf\b|\bdemo data\b",
+    re.IGNORECASE,
+)
+"""Says that rows were not measured."""
+
+
+def nothing_measured(before: Sequence[Record]) -> tuple[str, ...]:
+    """A sentence about lines that say that the rows were not measured.
+
+    >>> nothing_measured([(1, "# DRY RUN")])
+    ("line 1 '# DRY RUN' says that the rows were not measured: they are used as if they were",)
+    """
+    found = [(number, line) for number, line in before if _NOT_MEASURED.search(line)]
+    if not found:
+        return ()
+    number, line = found[0]
+    said = "says that the rows were not measured: they are used as if they were"
+    return (f"line {number} '{shortened(line)}' {said}",)

@@ -10,6 +10,7 @@ from itertools import pairwise
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.roles_of_columns import ColumnRoles
+from pretravel.files.row_statements import changes_rows
 from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.text_table import TextTable
 
@@ -26,18 +27,36 @@ _BAD = {
 }  # fmt: skip
 """Titles of columns of yes and no that say which rows count, and cells of a status. Words of a
 verdict about the part (ok, bad, reject) are not among them."""
-_STATUS = {*_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis"}
+_STATUS = {
+    *_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis", "état",
+    "etat", "statut", "estado", "stato",
+}  # fmt: skip
 _YES = {"1", "true", "yes", "y", "ja"}
 _NO = {"0", "false", "no", "n", "nein"}
+_CODES = {"error", "err", "alarm", "fault", "errorcode", "fehler", "fehlercode", "code"}
+_CODE = re.compile(r"[0-9]{1,4}")
+"""Titles of columns in which 0 says that all went well, and their cells."""
 _OF_PROBE = {"probe", "probing", "touch", "trigger", "sensor", "taster", "antastung"}
 """With one of these in its title, a status is that of the touch and no verdict about the part."""
 _FAILED = {"failed", "fail", "failure", "error", "timeout", "nok", "fehler"}
-_MISSES = {"miss", "missed", "no contact", "not triggered", "no trigger", "kein kontakt"}
-_UNIT = {"unit", "units", "einheit", "unit of length"}
+_MISSES = {
+    "miss", "missed", "no contact", "not triggered", "no trigger", "kein kontakt", "verfehlt",
+    "nicht angetastet", "raté", "rate", "manqué", "sin contacto", "fallido", "mancato",
+    "nessun contatto", "no touch", "not found", "not probed", "not measured",
+}  # fmt: skip
+_NOTES = {
+    "comment", "comments", "remark", "remarks", "note", "notes", "bemerkung", "bemerkungen",
+    "kommentar", "anmerkung", "commentaire", "remarque", "comentario", "nota", "info",
+}  # fmt: skip
+"""Titles of columns in which people write what happened."""
+_UNIT = {
+    "unit", "units", "einheit", "unit of length", "maßeinheit", "unité", "unite", "unidad",
+    "unidades", "unità", "unita",
+}  # fmt: skip
 _ON = {*_YES, "on", "g41", "g42"}
 _COMPENSATED = re.compile(
-    r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?comp(?:\.|ensated|ensation)?|kompensiert|"
-    r"radiuskorrektur|korrigiert|corrected"
+    r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?(?:comp(?:\.|ensated|ensation)?|"
+    r"corr(?:\.|ected|ection))|kompensiert|radiuskorrektur|korrigiert"
 )
 _COMPENSATED_BEFORE = re.compile(
     r"\b(?:radius|tip|ball|probe|cutter)\W?(?:radius\W?)?(?:comp(?:\.|ensat(?:ion|ed))?|correct(?:ion|"
@@ -109,6 +128,23 @@ def refuse_contradictions(
         for line, where, diameter in _diameters(text, _OF_EITHER, unit, options.tip):
             if given is None or abs(diameter - given) > _LARGEST_DIFFERENCE:
                 _refuse_other_ball(text.file, diameter, tip, given, where, line)
+
+
+def tip_not_used(text: TextTable, unit: str) -> tuple[str, ...]:
+    """A sentence about a diameter of the tip that points of a surface state.
+
+    Parameters
+    ----------
+    text : TextTable
+    unit : str
+        Unit of length in which the table is read.
+    """
+    found = next(_diameters(text, _OF_TIP, unit, None), None)
+    if found is None:
+        return ()
+    line, where, diameter = found
+    said = f"{where} gives the tip a diameter of {diameter:.6g} mm (line {line}), which is not used"
+    return (f"{said}: give it, if these are tip centres",)
 
 
 def refuse_other_tip(
@@ -240,16 +276,20 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
     for i, name in _other_columns(text, roles):
         cells = [cell.strip().lower() for cell in text.column(i)]
         words = {*re.findall(r"\w+", name), name}
-        no = {*_MISSES, *_BAD} if words & _STATUS else set()
+        if words & _NOTES:
+            _refuse_changing_notes(text, i)
+        no = {*_MISSES, *_BAD} if words & (_STATUS | _NOTES) else set()
         if words & _STATUS and words & _OF_PROBE:
             no |= _FAILED
+        if words & _CODES and all(map(_CODE.fullmatch, cells)) and "0" in cells:
+            no |= {*cells} - {"0"}
         if set(cells) <= _YES | _NO:
             no |= _NO if words & _CONTACT or name in _GOOD else set()
             no |= _YES if words & _MISSED or name in _BAD else set()
         missed = [row for row, cell in enumerate(cells) if cell in no]
         if missed:
             rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
-            marked = name in _GOOD | _BAD or cells[missed[0]] in _BAD
+            marked = words & {*_GOOD, *_BAD, *_CODES} or cells[missed[0]] in _BAD
             why = "the file itself marks it" if marked else "a touch without contact is not a point"
             raise text.file.error(
                 f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: {why}; exclude the "
@@ -257,6 +297,30 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
                 text.lines[missed[0]],
                 inputs=("exclude",),
             )
+
+
+def _refuse_changing_notes(text: TextTable, column: int) -> None:
+    """Refuse a note in a row that may change the meaning of the rows after it."""
+    cells = text.column(column)
+    for cell, line in zip(cells[1:], text.lines[1:], strict=True):
+        if cell.strip().lower() not in _MISSES and changes_rows(cell) and len({*cells}) > 1:
+            raise text.file.error(
+                f"{text.title(column)} is '{shortened(cell)}' in this row, which may change the "
+                "meaning of the rows after it: split the table there, or leave the note out",
+                line,
+            )
+
+
+def unit_of_rows(text: TextTable, roles: ColumnRoles) -> str | None:
+    """Unit of length that a column states for the first row; None where there is no such column.
+
+    Parameters
+    ----------
+    text : TextTable
+    roles : ColumnRoles
+    """
+    found = [unit_of(text.column(i)[0]) for i, name in _other_columns(text, roles) if name in _UNIT]
+    return next((unit for unit in found if unit in LENGTH_UNITS), None)
 
 
 def _refuse_other_units(text: TextTable, roles: ColumnRoles, unit: str) -> None:

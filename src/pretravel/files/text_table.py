@@ -28,22 +28,21 @@ from pretravel.files.lines_of_tables import (
     is_header,
     is_number_cell,
     not_a_table,
+    numbers_columns,
     plain_number,
     separator_of,
     split_cells,
-    together,
     with_groups,
 )
-from pretravel.files.row_statements import Record, comments_among
-from pretravel.files.source_file import COUNTED, SourceFile
+from pretravel.files.row_statements import Record, changes_rows, comments_among
+from pretravel.files.source_file import COUNTED, SourceFile, shortened
+from pretravel.files.words_of_lines import together, units_in_text
 
 _LOG = logging.getLogger(__name__)
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
-_UNIT_IN_TEXT = re.compile(
-    r"\b(?:units?|einheit(?:en)?|unites?|unités?|unidad(?:es)?|unità)\b\W*(\w+|\"|\[\w+\])|\b(G2[01])\b",
-    re.IGNORECASE,
-)
+_COUNT = 9
+"""Digits of the number of a row, and more."""
 _LONGEST_CELL = 5
 """Lines over which a quoted cell can run."""
 
@@ -249,6 +248,8 @@ def _table(
                 number,
             )
     first = next((i for i, (_, cells) in enumerate(split) if is_data(cells, fewest)), len(split))
+    if first + 1 < len(split) and numbers_columns(split[first][1], split[first + 1][1]):
+        first += 1
     header = _header(split, first)
     body = split[first:] if header is None else split[header + 1 :]
     _refuse_spreadsheet_errors(file, comments)
@@ -262,7 +263,9 @@ def _table(
     units: list[str] = []
     if header is not None and body and is_unit_row(body[0][1]):
         units = body.pop(0)[1]
-    results = _results_below(body)
+    results = _results_below(body) + _breaks_of_pages(
+        body, None if header is None else split[header][1]
+    )
     if not body:
         raise file.error("the file has a header but no rows", header_line)
     if names is None:
@@ -271,6 +274,7 @@ def _table(
         _refuse_row_before(file, before, body)
     width = _width(names, body)
     if header is not None:
+        _refuse_second_header(file, split[header][1], body)
         _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
     rows, units = _without_units(file, rows, [number for number, _ in body], units)
@@ -301,12 +305,47 @@ _RESULT = re.compile(
     re.IGNORECASE,
 )
 """A cell of rows below a table that are computed from it."""
+_END = re.compile(
+    r"\W*(?:end|eof|end of (?:file|report|data|list|table)|fin|ende|done|finished|M0?2|M30|"
+    r"\d{1,9} (?:points?|touches|rows|lines|records|punkte|puntos))\W*",
+    re.IGNORECASE,
+)
+"""A line below a table that ends it."""
+
+
+_PAGE_BEGINS = {*"pPsS-=*["}
+_PAGE = re.compile(r"\W*(?:page|seite|pagina|p[áa]gina)\W*\d+(?:\W*(?:of|von|/)\W*\d+)?\W*", re.I)
+
+
+def _breaks_of_pages(
+    body: list[tuple[int, list[str]]], header: list[str] | None
+) -> list[tuple[int, list[str]]]:
+    """Numbers of pages, and headers that are repeated where the numbers of rows go on.
+
+    They are taken from the rows.
+    """
+    pages = [r for r in body if r[1][0][:1] in _PAGE_BEGINS and _PAGE.fullmatch(" ".join(r[1]))]
+    again = [row for row in body if row[1] == header]
+    if not (pages or again):
+        return []
+    goes_on = False
+    if header is not None and column_name(header[0]).role == "label":
+        counts = [row[1][0] for row in body if row not in pages and row not in again]
+        goes_on = all(cell.isdecimal() and len(cell) < _COUNT for cell in counts) and all(
+            int(b) == int(a) + 1 for a, b in itertools.pairwise(counts)
+        )
+    taken = pages + (again if goes_on else [])
+    body[:] = [row for row in body if row not in taken]
+    return sorted(taken)
 
 
 def _results_below(body: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
     """Rows at the end that are not readings: their mean, range …; they are taken from the rows."""
     last = len(body)
-    while last and any(map(_RESULT.fullmatch, filter(None, body[last - 1][1]))):
+    while last and (
+        any(map(_RESULT.fullmatch, filter(None, body[last - 1][1])))
+        or _END.fullmatch(" ".join(body[last - 1][1]))
+    ):
         last -= 1
     if not last:  # names of points
         return []
@@ -362,7 +401,8 @@ def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
         if is_unit_row(cells):
             continue
         texts = [cell for cell in cells if cell and not is_number_cell(cell)]
-        return index if len(cells) == width and len(texts) >= min(width, 3) else None
+        named = len(texts) >= min(width, 3) or numbers_columns(cells, split[first][1])
+        return index if len(cells) == width and named else None
     return None
 
 
@@ -408,6 +448,8 @@ def _words_taken(
     names = ["label" if word is None else word[1] or word[3] for word in words]
     if column_name(names[0]).role is None:  # P1 is a label, not a coordinate
         names[0] = "label"
+    if names.count("label") > 1:  # words apart from their numbers, such as Q151 = 1.5
+        return None, body
     taken = []
     for number, cells in body:
         row = []
@@ -447,6 +489,27 @@ def _refuse_row_before(
                 number,
                 inputs=("exclude",),
             )
+
+
+def _refuse_second_header(
+    file: SourceFile, header: list[str], body: list[tuple[int, list[str]]]
+) -> None:
+    """Refuse a header among the rows: of other columns, or of the rows of another series."""
+    words = {cell.lower() for cell in header if cell}
+    for number, cells in body:
+        if not (cells[0].lower() in words and is_header(cells)):
+            continue
+        if cells == header:
+            raise file.error(
+                "the header occurs again here: do rows of another part, tip or run begin? Then "
+                "split the table there. If not, leave this line out",
+                number,
+                inputs=("exclude",),
+            )
+        raise file.error(
+            "another header is among the rows: the columns after it differ. Split the table there",
+            number,
+        )
 
 
 def _refuse_header_of_other_width(
@@ -532,6 +595,13 @@ def _cells_of_width(
     expected = (
         f"the header names {width} columns" if names is not None else f"other lines have {width}"
     )
+    line = " ".join(filter(None, cells))
+    if _filled(cells) < FEWEST_NUMBERS and changes_rows(line):
+        raise file.error(
+            f"'{shortened(line)}' is between the rows, and may change the meaning of the rows "
+            "after it: give its content in a column, or split the table there",
+            number,
+        )
     decimal = count > width and not any("." in cell for cell in cells)
     raise file.error(
         f"{count} values, but {expected}"
@@ -548,16 +618,10 @@ def _cells_of_width(
 
 def _stated_unit(file: SourceFile, notes: Sequence[str]) -> str | None:
     """Unit of length that comments and lines before the table state."""
-    found = set()
-    for note in notes:
-        for match in _UNIT_IN_TEXT.finditer(note):
-            code = (match[2] or "").upper()
-            unit = {"G20": "inch", "G21": "mm"}.get(code) or unit_of(match[1] or "")
-            if unit not in (None, "1"):
-                found.add(unit)
+    found = units_in_text(notes)
     if len(found) > 1:
         raise file.error(
-            f"the comments give several units: {', '.join(sorted(map(str, found)))}",
+            f"the comments give several units: {', '.join(sorted(found))}",
             inputs=("units",),
         )
     return found.pop() if found else None

@@ -28,9 +28,15 @@ from pretravel.files.roles_of_columns import (
     ColumnRoles,
     column_roles,
 )
-from pretravel.files.row_statements import conditions_not_read, unknown_lines
+from pretravel.files.row_statements import conditions_not_read, nothing_measured, unknown_lines
+from pretravel.files.rows_of_touches import rows_of_touches, verdicts, with_travel
 from pretravel.files.source_file import SourceFile
-from pretravel.files.stated_conditions import out_of_order, refuse_contradictions
+from pretravel.files.stated_conditions import (
+    out_of_order,
+    refuse_contradictions,
+    tip_not_used,
+    unit_of_rows,
+)
 from pretravel.files.tables import read_parquet_table
 from pretravel.files.text_table import TextTable, read_text_table
 from pretravel.touches import WORD_COLUMNS
@@ -125,14 +131,15 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     ([[12.7]], ["separator ';'", ' decimal comma', ' inch (given in the file)'])
     """
     options = options or ReadingOptions()
-    text, roles = _kept_rows(file, options)
+    text, roles, left_out = _kept_rows(file, options)
     unit = _unit(text, roles, options)
     decimal = _decimal(text, roles, options)
     whole = bool({*roles.index} & {*WORD_COLUMNS, *ROTARY_ROLES, FRAME_ROLE})
     frame = _frame(text, roles)
     roles = _without_counts(text, _of_one_frame(text, roles))
     text, roles = _without_rotary(text, roles)
-    refuse_contradictions(text, roles, options, NO_UNIT if unit is None else unit.name)
+    unit_name = NO_UNIT if unit is None else unit.name
+    refuse_contradictions(text, roles, options, unit_name)
     columns = {_own_name(role): roles.words(text, role) for role in roles.index}
     table = CsvTable(
         file.path,
@@ -171,6 +178,10 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
             *out_of_order(text, roles),
             *unknown_lines(text.among),
             *_deviations_alone(text, roles),
+            *left_out,
+            *verdicts(text, _other_columns(text, roles)),
+            *nothing_measured((*text.before, *text.among)),
+            *(tip_not_used(text, unit_name) if options.of_surface else ()),
         ),
     )
 
@@ -221,10 +232,10 @@ def _of_one_frame(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
 
 
 def _without_counts(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
-    """The roles without a count of rows that looks like a series, and without a T of other values.
+    """The roles without a count of rows that looks like a series, and without another T or H.
 
-    T is the tool where all its cells are whole numbers of three digits at most (T5, 5), of which
-    one comes twice; otherwise it is a time or a temperature.
+    T is the tool, and H its length, where all cells are whole numbers of three digits at most (T5,
+    5), of which one comes twice; otherwise it is a time, a temperature or a height.
     """
     index, also = dict(roles.index), dict(roles.also)
     for role in {"tip", "part"} & set(index) - roles.stated:
@@ -236,7 +247,7 @@ def _without_counts(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
 
 def _counts(title: str, cells: Sequence[str]) -> bool:
     unique = len(cells) > 1 and len(set(cells)) == len(cells)
-    if title.strip().lower() != "t":
+    if title.strip().lower() not in ("t", "h"):
         return unique and counts_rows(title)
     return unique or not all(_TOOL.fullmatch(cell) for cell in cells)
 
@@ -289,8 +300,13 @@ def _own_name(role: str) -> str:
     return OWN_NAMES.get(role, role)
 
 
-def _kept_rows(file: SourceFile, options: ReadingOptions) -> tuple[TextTable, ColumnRoles]:
-    """The table without the rows that are excluded, by their labels or their lines."""
+def _kept_rows(
+    file: SourceFile, options: ReadingOptions
+) -> tuple[TextTable, ColumnRoles, tuple[str, ...]]:
+    """The table without the rows that are excluded, by their labels or their lines.
+
+    Rows that are moves are left out, too, which the sentences say.
+    """
     named = set(options.exclude) & set(_labels_of_all_rows(file, options))
     lines = own_lines(options.exclude, file) - named  # a label comes first
     text = _text_table(file, lines)
@@ -306,7 +322,10 @@ def _kept_rows(file: SourceFile, options: ReadingOptions) -> tuple[TextTable, Co
     if not kept:
         raise file.error("all touches are excluded", inputs=("exclude",))
     rows, numbers = [text.rows[i] for i in kept], [text.lines[i] for i in kept]
-    return replace(text, rows=tuple(rows), lines=tuple(numbers)), roles
+    text = replace(text, rows=tuple(rows), lines=tuple(numbers))
+    stated = {roles.index[role] for role in roles.stated if role in roles.index}
+    text, told = rows_of_touches(text, stated)
+    return text, column_roles(text, options) if told else roles, told
 
 
 def _labels_of_all_rows(file: SourceFile, options: ReadingOptions) -> tuple[str, ...]:
@@ -323,18 +342,19 @@ def _labels_of_all_rows(file: SourceFile, options: ReadingOptions) -> tuple[str,
 
 def _text_table(file: SourceFile, left_out: Collection[str]) -> TextTable:
     if file.ending != ".parquet":
-        return read_text_table(file, left_out)
+        return with_travel(read_text_table(file, left_out))
     table = read_parquet_table(file)
     kept = [i for i, line in enumerate(table.lines) if str(line) not in left_out]
     if not kept:
         raise file.error("all touches are excluded", inputs=("exclude",))
     columns = [[cells[i] for i in kept] for cells in table.columns.values()]
-    return TextTable(
+    text = TextTable(
         file,
         tuple(table.columns),
         tuple(zip(*columns, strict=True)),
         tuple(table.lines[i] for i in kept),
     )
+    return with_travel(text)
 
 
 def own_lines(exclude: Sequence[str], file: SourceFile) -> set[str]:
@@ -369,6 +389,8 @@ def _unit(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> _Unit
                 text.header_line or None,
             )
         own = own or {text.unit}
+    if not own and (of_rows := unit_of_rows(text, roles)):
+        own = {of_rows}
     stated = options.units
     if own:
         unit = own.pop()
@@ -434,7 +456,7 @@ def _decimal(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> st
             commas[0][1],
             inputs=("decimal",),
         )
-    if commas and all(_GROUPED.fullmatch(cell) for cell, _ in commas):
+    if commas and all(_GROUPED.fullmatch(cell) for cell, _ in commas) and not _has_decimals(text):
         raise text.file.error(
             f"'{commas[0][0]}' can be a number with three decimals or with thousands; give the "
             "decimal sign",
@@ -444,6 +466,13 @@ def _decimal(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> st
     return "," if commas else "." if points else None
 
 
+def _has_decimals(text: TextTable) -> bool:
+    """Whether a comma in any column groups no thousands: 0,005 or 1,25."""
+    cells = (cell for row in text.rows for cell in row if "," in cell)
+    return any(_DECIMALS.fullmatch(cell) and not _GROUPED.fullmatch(cell) for cell in cells)
+
+
+_DECIMALS = re.compile(r"[-+−]?\d+,\d+")
 _ONE_SIGN = re.compile(r"[-+0-9]*[.,]?[0-9]*")
 """Most numbers: without separators of thousands."""
 

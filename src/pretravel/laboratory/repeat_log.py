@@ -28,13 +28,12 @@ from pretravel.files import (
     missed_sentence,
     opened,
     read_touch_columns,
-    unknown_lines,
 )
 from pretravel.laboratory.repeat_table import (
     LoggedSeries,
     column_of_heights,
     columns_of_readings,
-    comments_among_heights,
+    counted_heights,
     without_filled_in,
 )
 from pretravel.touches import (
@@ -131,14 +130,19 @@ def read_repeats(
     file = opened(source)
     heights = None if file_format else column_of_heights(file, options)
     if heights is not None:
-        told = unknown_lines(comments_among_heights(file, heights.lines))
-        log = _checked(file, [heights], 0, "the column of heights", told)
+        log = _checked(file, [heights[0]], 0, "the column of heights", heights[1])
         return _named(file, log, options.series)
     stated = (PARQUET if file.ending == ".parquet" else CSV) if options.columns else None
     known = stated or (None if file_format is None else format_named(file_format))
     if known is None and (table := _of_columns(file, options)) is not None:
         return _named(file, table, options.series)
-    known = known or format_of(file)
+    try:
+        known = known or format_of(file)
+    except InputError:
+        if (counted := counted_heights(file, options)) is None:
+            raise
+        log = _checked(file, *_repeated(counted[0]), "the column of heights", counted[1])
+        return _named(file, log, options.series)
     if known in (CSV, PARQUET) and (one := _one_coordinate(file, options)) is not None:
         return _named(file, one, options.series)
     looking = replace(options, anywhere=True, look_only=True, plan=None, series=())
@@ -154,6 +158,8 @@ def read_repeats(
     if not unit_known:
         raise file.error("the table has no unit; give the units, mm or inch", inputs=("units",))
     warnings = (_ONCE,) if known.name == "probeopen" else ()
+    if known in (CSV, PARQUET) and (unread := read_touch_columns(file, looking).table.unread):
+        warnings = (f"columns that are not read: {', '.join(unread)}",)
     if isinstance(found, FilePositions):
         log = _of_positions(file, found, axis, warnings)
     else:

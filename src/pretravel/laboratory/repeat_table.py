@@ -14,18 +14,26 @@ from pretravel.files import (
     LENGTH_UNITS,
     ReadingOptions,
     SourceFile,
+    TextTable,
     column_name,
     comments_among,
     filled_in,
+    is_verdict,
+    numbers_columns,
+    plain_number,
     read_text_table,
     unit_of,
     unit_of_title,
     unknown_lines,
+    verdicts,
 )
 from pretravel.touches import FEWEST_REPEATS
 
 _POSITIONS = {"x", "y", "z"}
 _MOST_GROUPS = 12
+_FEWEST_AT_PLACE = 3
+_APART = 1.0
+"""Places are at least this far apart. [unit of the file]"""
 _FAR_FROM_ZERO = 0.3
 """Where all others are farther from zero than this, a zero is what was filled in. [mm]"""
 _DIFFERENCE = re.compile(
@@ -73,8 +81,13 @@ class LoggedSeries:
     lines: IntArray
 
 
-def column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSeries | None:
-    """A text of one number in each line, with a title above it or none; None: another file."""
+def column_of_heights(
+    file: SourceFile, options: ReadingOptions
+) -> tuple[LoggedSeries, tuple[str, ...]] | None:
+    """A text of one number in each line, with a title above it or none, and what is to know of it.
+
+    None: another file.
+    """
     if file.content.startswith((b"PAR1", b"\x89HDF", b"CDF")):
         return None
     lines = [
@@ -84,7 +97,14 @@ def column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSeries
     ]
     lines = _without_count(lines)
     title = lines[0][1] if lines and not is_number(plain_heights(lines[:1])[0][0][1]) else ""
-    rows, unit = plain_heights(lines[1:] if title else lines)
+    body = lines[1:] if title and not _TWO_MEANINGS.fullmatch(title) else lines
+    if body and all(_TWO_MEANINGS.fullmatch(line) for _, line in body):
+        raise file.error(
+            f"'{body[0][1]}' can be a number with three decimals or with thousands: write the "
+            "heights with decimal points, or with four decimals",
+            body[0][0],
+        )
+    rows, unit = plain_heights(body)
     if not rows or not all(is_number(line) for _, line in rows):
         return None
     words = re.split(r"[\s_/,;:()\[\]]+", f"{title} {unit}")
@@ -93,10 +113,12 @@ def column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSeries
         raise file.error(f"the title '{title[:40]}' gives more than one unit", lines[0][0])
     scale = units[0] if units else file.scale(options.units, "the heights have no unit")
     values = [file.numbers([line], number)[0] for number, line in rows]
-    return LoggedSeries("", scale * np.array(values), np.array([number for number, _ in rows]))
+    heights = LoggedSeries("", scale * np.array(values), np.array([number for number, _ in rows]))
+    told = unknown_lines(_comments_among_heights(file, heights.lines))
+    return heights, (*told, *size_words([title]))
 
 
-def comments_among_heights(file: SourceFile, rows: IntArray) -> tuple[tuple[int, str], ...]:
+def _comments_among_heights(file: SourceFile, rows: IntArray) -> tuple[tuple[int, str], ...]:
     """Comments between the heights; those that change the heights after them are refused."""
     comments = [
         (number, line.strip())
@@ -164,25 +186,13 @@ def columns_of_readings(
     if known >= _POSITIONS or (len(known & _POSITIONS) == 1 and known & {"feed", "spindle"}):
         return None
     columns = [text.column(i) for i in range(text.width)]
-    values: list[int] = []
-    words: list[int] = []
-    unread: list[int] = []
-    for i, cells in enumerate(columns):
-        title = text.names[i]
-        conditional = bool(_CONDITION.search(title)) or names[i].role in ("feed", "spindle")
-        if _counts(cells):
-            continue
-        if not _are_numbers(cells) or (_are_groups(cells) and names[i].role not in _POSITIONS):
-            told_apart = 1 < len({*cells}) <= _MOST_GROUPS and len({*cells}) < len(cells)
-            (words if told_apart else unread).append(i)
-        elif conditional or _DIFFERENCE.match(title) or _OTHER.search(title):
-            unread.append(i)
-        else:
-            values.append(i)
+    values, words, unread = _kinds_of_columns(text)
     if not values:
         return None
+    judged = [i for i in unread if is_verdict(text.title(i))]
+    failed = {k for k, row in enumerate(text.rows) if any(_says_miss(row[i]) for i in judged)}
     series = []
-    missed: list[int] = []
+    missed: list[int] = [text.lines[k] for k in failed]
     keys = [" ".join(_named(text.title(i), row[i]) for i in words if row[i]) for row in text.rows]
     lines = np.array(text.lines)
     for i in values:
@@ -195,7 +205,7 @@ def columns_of_readings(
             options.units, f"the column {text.title(i)} has no unit"
         )
         for key in dict.fromkeys(keys):
-            of_key = [k for k, word in enumerate(keys) if word == key]
+            of_key = [k for k, word in enumerate(keys) if word == key and k not in failed]
             read = [k for k in of_key if _is_reading(columns[i][k])]
             missed += [text.lines[k] for k in of_key if not _is_reading(columns[i][k])]
             column = text.title(i) if len(values) > 1 else ""
@@ -205,10 +215,66 @@ def columns_of_readings(
             name = f"{column} {key if len({*keys}) > 1 else ''}".strip()
             if len(heights):
                 series.append(LoggedSeries(name, heights, lines[read]))
+    if len(text.rows) < FEWEST_REPEATS <= len(values) and numbers_columns(
+        [text.title(i) for i in values], []
+    ):
+        series = _of_rows(text, series, [i for i in range(text.width) if i not in values])
     if not any(len(one.values) >= FEWEST_REPEATS for one in series):
         return None
-    said = ", ".join(text.title(i) for i in values)
-    return series, f"the column {said}", _told(text.title, unread, missed, text.among)
+    titles = [text.title(i) for i in values]
+    told = _told(text.title, unread, missed, text.among)
+    told += (*verdicts(text, unread), *size_words(titles))
+    return series, f"the column {', '.join(titles)}", told
+
+
+def _kinds_of_columns(text: TextTable) -> tuple[list[int], list[int], list[int]]:
+    """Columns of readings, of words that distinguish series, and of what is not read."""
+    values: list[int] = []
+    words: list[int] = []
+    unread: list[int] = []
+    places = sum(column_name(title).role in _POSITIONS for title in text.names or ())
+    for i in range(text.width):
+        cells, title = text.column(i), text.title(i)
+        role = column_name(title).role
+        of_place = role in _POSITIONS and len({*cells}) == 1
+        if _counts(cells) or (len(cells) == 1 and cells[0].isdecimal() and role):
+            continue
+        if of_place and _others_vary(text, i):
+            continue
+        if (
+            not _are_numbers(cells)
+            or (_are_groups(cells) and role not in _POSITIONS)
+            or (role in _POSITIONS and places > 1 and _are_places(cells))
+        ):
+            told_apart = 1 < len({*cells}) <= _MOST_GROUPS and len({*cells}) < len(cells)
+            (words if told_apart and not is_verdict(title) else unread).append(i)
+        elif (
+            role in ("feed", "spindle")
+            or _CONDITION.search(title)
+            or _DIFFERENCE.match(title)
+            or _OTHER.search(title)
+        ):
+            unread.append(i)
+        else:
+            values.append(i)
+    return values, words, unread
+
+
+def _says_miss(cell: str) -> bool:
+    return bool(cell.strip()) and _MISSED.fullmatch(cell.strip()) is not None
+
+
+def _of_rows(
+    text: TextTable, columns: Sequence[LoggedSeries], others: Sequence[int]
+) -> list[LoggedSeries]:
+    """A series of each row, where columns are counted and rows are few: M1, M2 … of run 1."""
+    series = []
+    for row, line in enumerate(text.lines):
+        values = [one.values[one.lines == line] for one in columns]
+        name = " ".join(_named(text.title(i), text.rows[row][i]) for i in others)
+        found = np.concatenate(values)
+        series.append(LoggedSeries(name, found, np.full(len(found), line)))
+    return series
 
 
 def _told(
@@ -226,12 +292,20 @@ def _told(
     return tuple(told)
 
 
-_HEIGHT = re.compile(
-    r"(?:[XYZ]\s*[:=]?\s*)?([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ\"]*)",
+_AXIS_BEFORE = re.compile(r"([XYZ])\s*[:=]?\s*(?=[-+−.\d])", re.IGNORECASE)
+"""Before the number of a line such as Z = 27.304 mm."""
+_TWO_MEANINGS = re.compile(r"[-+−]?[1-9]\d{0,2},\d{3}")
+_COUNTED_LINE = re.compile(
+    r"(?P<name>[A-Za-z][A-Za-z ]{0,20}+)?+\s*+#?+\s*+(?P<count>\d{1,5})(?:\s*+[:=)]\s*|[.]?\s++)"
+    r"(?P<height>[^F]*)(?P<feed>F\s*+[=:]?+\s*+\d+(?:\.\d+)?\W*)?"
+)
+"""A line such as Probe 3: 12.305 mm or #3 Z=12.305 F50."""
+_SIZE = re.compile(
+    r"\W*(?:(?:mean|act\w*|meas\w*|ist|bore|ring|hole)[ _]?)?"
+    r"(?:d|Ø|⌀|dia(?:meter)?|durchmesser|r|radius|size|width|length|form|roundness|flatness|distance|breite|rundheit|mass|maß)\b.*",
     re.IGNORECASE,
 )
-"""A line such as Z = 27.304 mm."""
-_TWO_MEANINGS = re.compile(r"[-+−]?[1-9]\d{0,2},\d{3}")
+"""Titles of results, each of several touches."""
 
 
 def plain_heights(lines: Sequence[tuple[int, str]]) -> tuple[list[tuple[int, str]], str]:
@@ -240,16 +314,71 @@ def plain_heights(lines: Sequence[tuple[int, str]]) -> tuple[list[tuple[int, str
     >>> plain_heights([(1, "Z = 27,3041 mm"), (2, "Z = 27,304 mm")])
     ([(1, '27.3041'), (2, '27.304')], 'mm')
     """
-    found = [_HEIGHT.fullmatch(line) for _, line in lines]
-    letters = {line[:1].upper() for _, line in lines if line[:1].isalpha()}
-    units = {match[2] for match in found if match is not None}
-    if not found or None in found or len(letters) > 1 or len(units) > 1:
+    before = [_AXIS_BEFORE.match(line) for _, line in lines]
+    letters = {found[1].upper() if found else "" for found in before}
+    rest = [
+        line[found.end() if found else 0 :] for (_, line), found in zip(lines, before, strict=True)
+    ]
+    plain = [plain_number(cell) for cell in rest]
+    units = {unit for _, unit in plain}
+    if len(letters) > 1 or len(units) > 1 or not all(_is_reading(cell) for cell, _ in plain):
         return [*lines], ""
-    unit = units.pop()
-    numbers = [match[1] for match in found if match is not None]
-    if (unit and not unit_of(unit)) or all(map(_TWO_MEANINGS.fullmatch, numbers)):
+    if lines and all(_TWO_MEANINGS.fullmatch(cell) for cell, _ in plain):
         return [*lines], ""
-    return [(n, _plain(number)) for (n, _), number in zip(lines, numbers, strict=True)], unit
+    numbers = [(n, _plain(cell)) for (n, _), (cell, _) in zip(lines, plain, strict=True)]
+    return numbers, units.pop() if units else ""
+
+
+def counted_heights(
+    file: SourceFile, options: ReadingOptions
+) -> tuple[list[LoggedSeries], tuple[str, ...]] | None:
+    """Series of lines that are counted, Probe 1: 12.305, Probe 2: …, one for each feed.
+
+    Lines above and below them are named; None: the file is another one.
+    """
+    lines = [
+        (number, line.strip())
+        for number, line in enumerate(file.lines("a file of readings"), start=1)
+        if line.strip()
+    ]
+    matched = [_COUNTED_LINE.fullmatch(line) for _, line in lines]
+    places = [i for i, found in enumerate(matched) if found]
+    if len(places) < FEWEST_REPEATS or places[-1] - places[0] + 1 > len(places):
+        return None
+    found = [one for one in matched if one]
+    names = {(one["name"] or "").strip().lower() for one in found}
+    counts = [int(one["count"]) for one in found]
+    feeds = [" ".join((one["feed"] or "").split()).rstrip(") ") for one in found]
+    if len(names) > 1 or counts != [counts[0] + i for i in range(len(counts))]:
+        return None
+    if any(feeds) and not all(feeds):
+        return None
+    own = [(lines[i][0], one["height"].strip(" (,;")) for i, one in zip(places, found, strict=True)]
+    rows, unit = plain_heights(own)
+    if not all(is_number(cell) for _, cell in rows):
+        return None
+    known = LENGTH_UNITS.get(unit_of(unit) or "")
+    scale = known or file.scale(options.units, "the heights have no unit")
+    values = scale * np.array([float(cell) for _, cell in rows])
+    numbers = np.array([number for number, _ in rows])
+    series = []
+    for feed in dict.fromkeys(feeds):
+        of = np.array([each == feed for each in feeds])
+        series.append(LoggedSeries(feed, values[of], numbers[of]))
+    return series, unknown_lines([line for i, line in enumerate(lines) if i not in {*places}])
+
+
+def size_words(titles: Sequence[str]) -> tuple[str, ...]:
+    """A sentence about columns that contain results and no touches.
+
+    >>> size_words(["Z mm"]), size_words(["D mm"])[0][:40]
+    ((), 'D mm: a size is a result of several touc')
+    """
+    found = [title for title in titles if _SIZE.fullmatch(title)]
+    if not found:
+        return ()
+    what = "a size is a result of several touches, perhaps: its noise is not that of one touch"
+    return (f"{', '.join(found)}: {what}",)
 
 
 def without_filled_in(values: FloatArray) -> BoolArray:
@@ -288,6 +417,20 @@ def _are_numbers(cells: Sequence[str]) -> bool:
 def _are_groups(cells: Sequence[str]) -> bool:
     """Whether integers come again, as numbers of places and parts do."""
     return all(cell.isdecimal() for cell in cells) and len({*cells}) * 2 <= len(cells)
+
+
+def _others_vary(text: TextTable, column: int) -> bool:
+    """Whether another column has numbers that are not all one, such as the heights at a place."""
+    others = [text.column(i) for i in range(text.width) if i != column]
+    return any(len({*cells}) > 1 and _are_numbers(cells) and not _counts(cells) for cells in others)
+
+
+def _are_places(cells: Sequence[str]) -> bool:
+    """Whether numbers are those of a few places, which come again to the last digit."""
+    if not all(map(_is_reading, cells)) or not 1 < len({*cells}) <= len(cells) // _FEWEST_AT_PLACE:
+        return False
+    values = sorted(float(_plain(cell)) for cell in {*cells})
+    return min(b - a for a, b in itertools.pairwise(values)) >= _APART
 
 
 def _counts(cells: Sequence[str]) -> bool:

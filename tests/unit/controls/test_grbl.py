@@ -129,3 +129,15 @@ class TestGrbl:
         assert found.contact is None
         assert found.lines == (4, 10)
         assert found.positions.tolist() == 2 * [[4.0, 3.0, 2.0]]
+
+    @pytest.mark.parametrize(
+        ("second", "lines", "told"),
+        [("G38.2 Z-9", (2, 4), 0), ("G38.4 Z9", (2,), 1), ("G38.5 Z9", (2,), 1)],
+    )
+    def test_where_a_contact_ends_is_no_touch(
+        self, tmp_path: Path, second: str, lines: tuple[int, ...], told: int
+    ) -> None:
+        text = f"G38.2 Z-9 F90\n[PRB:1.0,2.0,3.0:1]\n{second} F9\n[PRB:1.0,2.0,3.1:1]\n"
+        found = read_grbl_log(written(tmp_path, text), "mm", (0.0, 0.0, 0.0))
+        assert found.lines == lines
+        assert len(found.warnings) == told

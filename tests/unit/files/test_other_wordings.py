@@ -86,6 +86,8 @@ def test_comments_among_rows_that_change_them(comment: str) -> None:
         "Name,X,Y,Z,I,J,K,Major,Minor\nE1,1,2,3,0,0,1,5,4\nE2,1,9,3,0,0,1,5,4\n",
         "Kegel;X;Y;Z;Winkel\nK1;1;2;3;45.1\nK2;1;9;3;45.1\n",
         "Name;X;Y;Z;Width;Length\nSlot1;1;2;3;5;10\nSlot2;9;2;3;5;10\n",
+        "No;Xc;Yc;Zc;D;Form\n1;100.001;50.002;-20.003;25.0012;0.0012\n",
+        "Cycle,X centre,Y centre,Dia X,Dia Y\n1,0.0012,0.0003,50.0123,50.0111\n",
     ],
 )
 def test_features_by_the_names_of_rows(rows: str) -> None:

@@ -34,6 +34,11 @@ class TestPcDmis:
         ("old", "new", "words"),
         [
             ("CIR2 ", "A2 =ALIGNMENT/START\nCIR2 ", "line 16: this line changes the coordinates"),
+            (
+                "SNAP=NO\nCIR1 ",
+                "SNAP=NO\nturn the part\nCIR1 ",
+                "line 8: this line changes the meaning",
+            ),
             ("ACTL/7.5,2,5.01,0,0,1", "", "F8 has no THEO or no ACTL"),
             ("FEAT/POINT,RECT\nTHEO/7.5,2,5", "FEAT/POINT,POLR\nTHEO/7.5,2,5", "polar"),
             ("<0,0,5>,<0,0,1>\n            ACTL", "<0,0,5>,<0,0,2>\n            ACTL", "length 2"),

@@ -170,7 +170,7 @@ HEAD = "X;Y;Z;I;J;K\n"
         (HEAD + "1'234,5;2;3;0;0;1\n", {}, "separators of thousands"),
         (HEAD + "1\u00a0234,5;2;3;0;0;1\n", {}, "separators of thousands"),
         ("X Y Z I J K\n1,5, 2,5, 3,5, 0,0, 0,0, 1,0\n", {}, "are there decimal commas"),
-        (HEAD + "1,5;2;3;0;0;1\n" + HEAD, {}, "line 3: X is 'X'"),
+        (HEAD + "1,5;2;3;0;0;1\n" + HEAD, {}, "line 3: the header occurs"),
         (HEAD + "1,5;2;3;0;0;1\nEnde;1\n", {}, "line 3: 2 values, but the header names 6"),
         ("hello\n", {}, "'hello' is neither a header"),
     ],

@@ -83,6 +83,29 @@ def test_the_touch_before_m48_counts_is_the_first() -> None:
         f"{i + 1} of 5: z: {z}\n" for i, z in enumerate(HEIGHTS)
     )
     assert read_repeats(_log(text)).series[0].values == pytest.approx([1.4, *HEIGHTS])
+    twice = "M48 Z-Probe Repeatability Test\n" + "".join(
+        f"Bed X: 5 Y: 6 Z: {z}\n{i + 1} of 5: z: {z}\n" for i, z in enumerate(HEIGHTS)
+    )
+    assert read_repeats(_log(twice)).series[0].values == pytest.approx(HEIGHTS)
+
+
+@pytest.mark.parametrize(
+    ("touch", "failed"),
+    [
+        ("probe at 1.0,2.0 is z={}\n", "!! No trigger on probe after full movement\n"),
+        ("Bed X: 1.0 Y: 2.0 Z: {}\n", "Error:Probing failed\n"),
+        (
+            "Stopped at height {} mm\n",
+            "Error: G30: Z probe was not triggered during probing move\n",
+        ),
+    ],
+)
+def test_a_touch_that_the_firmware_says_failed_is_named(touch: str, failed: str) -> None:
+    text = "".join(touch.format(z) for z in HEIGHTS) + failed
+    found = read_repeats(_log(text))
+    assert found.warnings == (
+        "1 touch failed, as the firmware says (line 6): no height is read of them",
+    )
 
 
 def test_a_side_that_is_touched_along_x() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pretravel.base import InputError
 from pretravel.files import ReadingOptions, SourceFile
 from pretravel.laboratory.repeat_log import RepeatLog, read_repeats
 
@@ -31,12 +32,62 @@ def _rows(form: str) -> str:
         "Trial,Z mm\n" + _rows("{i},{z}") + "7,miss\n",
         "Trial,Z mm\n" + _rows("{i},{z}") + "7,999.999\n",
         "Z mm\n" + _rows("{z}") + "0\n",
+        _rows("Probe {i}: {z} mm"),
+        "Test of today\n" + _rows("test # {i} : {z} mm") + "Max deviation = 0.002\n",
+        _rows("{i}) {z} mm"),
+        "Trial,Z mm,Status\n" + _rows("{i},{z},ok") + "7,9.0,miss\n",
+        "Run,M1 mm,M2 mm,M3 mm,M4 mm,M5 mm,M6 mm\n1," + ",".join(map(str, _Z)) + "\n",
+        _rows("Z:{z:.4f} C:123"),
+        _rows("// Result: at 1.000,2.000 estimate contact at z={z:.6f}"),
     ],
 )
 def test_one_series_of_heights(text: str) -> None:
     found = _read(text)
-    assert [one.name for one in found.series] == [""]
+    assert len(found.series) == 1
     assert np.allclose(found.series[0].values, _Z, rtol=0.0, atol=1e-12)
+
+
+def test_counted_lines_with_feeds_are_series() -> None:
+    lines = _rows("Touch #{i} Z={z} F300").replace("#2", "#2 ").splitlines()
+    lines[1::2] = [line.replace("F300", "F30") for line in lines[1::2]]
+    with_more = lines + [line.replace(f"#{i}", f"#{i + 6}") for i, line in enumerate(lines, 1)]
+    found = _read("\n".join(with_more), "mm")
+    assert [one.name for one in found.series] == ["F300", "F30"]
+    assert found.series[0].values.tolist() == [*_Z[::2], *_Z[::2]]
+
+
+@pytest.mark.parametrize("header", ["#,Z1 mm,Z2 mm", "Run,Z1 mm,Z2 mm", "#;Z1 mm;Z2 mm"])
+def test_numbered_columns_are_series(header: str) -> None:
+    separator = header[3] if header[3] in ",;" else header[1]
+    found = _read(header + "\n" + _rows(separator.join(["{i}", "{z}", "{z}"])))
+    assert [one.name for one in found.series] == ["Z1 mm", "Z2 mm"]
+
+
+def test_a_coordinate_of_two_places_distinguishes_series() -> None:
+    rows = _rows("10,{z}") + _rows("50,{z}")
+    found = _read("X,Z\n" + rows, "mm")
+    assert [one.name for one in found.series] == ["X 10", "X 50"]
+    assert found.series[1].values.tolist() == [*_Z]
+    found = _read("X,Y,Z fast,Z slow\n" + _rows("1,2,{z},{z}"), "mm")
+    assert [one.name for one in found.series] == ["Z fast", "Z slow"]
+
+
+@pytest.mark.parametrize("title", ["D mm", "Ø [mm]", "Bore diameter mm"])
+def test_sizes_are_named_as_results(title: str) -> None:
+    assert "not that of one touch" in " ".join(_read(f"{title}\n" + _rows("{z}")).warnings)
+    assert "not that of one touch" in " ".join(
+        _read(f"Nr,{title},Operator\n" + _rows("{i},{z},A")).warnings
+    )
+
+
+def test_a_comma_with_two_meanings_is_asked_for() -> None:
+    with pytest.raises(InputError, match="line 1: '27,304' can be a number with three decimals"):
+        _read("".join(f"{z:.3f}\n".replace(".", ",") for z in _Z), "mm")
+
+
+def test_columns_that_are_not_read_are_named_for_coordinates_too() -> None:
+    told = _read("Angle,X,Y,Z\n" + _rows("{i},1,2,{z}"), "mm").warnings
+    assert "columns that are not read: Angle" in told
 
 
 def test_what_is_not_read_is_named() -> None:

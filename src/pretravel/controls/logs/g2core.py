@@ -117,16 +117,16 @@ def read_g2core_log(
     positions = np.array([[report[axis] for axis in "xyz"] for report in reports])
     contact = tuple(report["e"] == 1.0 for report in reports)
     feeds = moves.of(numbers, 1.0)
-    return FilePositions(
+    read = FilePositions(
         file.path,
         positions - np.asarray(offset),
         tuple(numbers),
         contact,
         feeds=feeds,
-        understood=moves.sentence(feeds),
         words=stated.columns(),
         warnings=stated.warnings(),
     )
+    return moves.applied(read)
 
 
 def _reports(file: SourceFile, text: str, number: int) -> list[dict[str, float]]:

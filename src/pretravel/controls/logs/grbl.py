@@ -160,16 +160,16 @@ def read_grbl_log(
     if offset is None and not anywhere:
         origin = scale * log.work_offset()
     feeds = moves.of(log.lines, scale)
-    return FilePositions(
+    read = FilePositions(
         file.path,
         scale * np.array(log.positions) - origin,
         tuple(log.lines),
         log.contacts(),
         feeds=feeds,
-        understood=moves.sentence(feeds),
         words=log.stated.columns(),
         warnings=log.warnings(),
     )
+    return moves.applied(read)
 
 
 @dataclass

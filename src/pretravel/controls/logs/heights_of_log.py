@@ -34,6 +34,8 @@ class LoggedHeights:
     lines : list of int
     unplaced : int or None
         The first line of a height without x and y, which are zero then.
+    failed : list of int
+        Lines in which the firmware says that a touch failed.
     """
 
     file: SourceFile
@@ -43,6 +45,7 @@ class LoggedHeights:
     unplaced: int | None = None
     statements: RowStatements | None = None
     stated: StatedRows = field(init=False)
+    failed: list[int] = field(default_factory=list)
     _series: Counter[str] = field(default_factory=Counter)
     _touches: Counter[str] = field(default_factory=Counter)
 
@@ -51,7 +54,9 @@ class LoggedHeights:
 
     def read_statement(self, line: str, number: int) -> None:
         """Read a line without a height: a tool, a change of the coordinates …."""
-        if self.statements is not None:
+        if _FAILED.search(line):
+            self.failed.append(number)
+        elif self.statements is not None:
             self.stated.take(self.statements.of(sent_line(line)), line, number)
 
     def new_series(self, kind: str) -> str:
@@ -109,8 +114,17 @@ class LoggedHeights:
         return FileReadings(
             touches.take(~missed),
             missed=tuple(np.array(self.labels)[missed].tolist()),
-            warnings=self.stated.warnings(),
+            warnings=(*self.stated.warnings(), *_failed_touches(self.failed)),
         )
+
+
+def _failed_touches(lines: Sequence[int]) -> tuple[str, ...]:
+    """A sentence about touches that failed, of which a firmware reports no height."""
+    if not lines:
+        return ()
+    shown = ", ".join(map(str, lines[:_SHOWN])) + (" …" if len(lines) > _SHOWN else "")
+    count = "1 touch" if len(lines) == 1 else f"{len(lines)} touches"
+    return (f"{count} failed, as the firmware says (line {shown}): no height is read of them",)
 
 
 def sent_line(line: str) -> str:
@@ -122,6 +136,13 @@ def sent_line(line: str) -> str:
     return _BEFORE.sub("", line.strip(), count=1)
 
 
+_SHOWN = 5
+_FAILED = re.compile(
+    r"\bno trigger on\b|\bnot triggered\b|\bprobing failed\b|\bfailed to (?:trigger|probe)\b|"
+    r"\b(?:already )?triggered (?:prior to|before)\b|\bBLTouch (?:error|failed)|"
+    r"\bprobe fail(?:ed|ure)\b",
+    re.IGNORECASE,
+)
 _BEFORE = re.compile(
     r"(?:[\[(]?\d{1,4}[-.:/]\d[-\d.:/, T]*(?:[AP]M)?[\])]?\s*:?\s*)?"
     r"(?:(?:Send|Sent|Recv|Rcvd|READ|SENT|RECV|INFO|DEBUG|echo|TX|RX)\s*:\s*|[>$<]+\s*)?"

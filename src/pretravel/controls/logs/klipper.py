@@ -13,6 +13,10 @@ _BEFORE = r"\bprobe:?(?: result)? at "
 _BETWEEN = r" (?:is|bed will contact at) z="
 _TOUCH = re.compile(rf"{_BEFORE}(-?[\d.]+), ?(-?[\d.]+){_BETWEEN}(-?[\d.]+)(?![\d._])")
 _TOUCH_BEGINS = re.compile(rf"{_BEFORE}-?[\d.]+, ?-?[\d.]+{_BETWEEN}")
+_RESULT = re.compile(
+    r"\bResult: at (-?[\d.]+), ?(-?[\d.]+) estimate contact at z=(-?[\d.]+)(?![\d._])"
+)
+"""What PROBE makes of its samples; where the log has no line of a sample, a touch."""
 _NOT_WHOLE = re.compile(rf"{_BEFORE}-?[\d.]+[,_]")
 _SERIES_BEGINS = re.compile(r"\bPROBE_ACCURACY at X:")
 _SERIES_ENDS = "probe accuracy results:"
@@ -51,6 +55,7 @@ def read_klipper_log(source: Source) -> FileReadings:
     discarded: list[int] = []
     rejected: list[int] = []
     of_contact: bool | None = None
+    results: list[tuple[Sequence[str], int]] = []
     for number, line in enumerate(file.lines("console output of Klipper"), start=1):
         if _SERIES_BEGINS.search(line):
             name = found.new_series("accuracy")
@@ -71,12 +76,21 @@ def read_klipper_log(source: Source) -> FileReadings:
             found.take(name, touch.groups(), number)
         elif _REJECTED.search(line):
             rejected.append(number)
+        elif result := _RESULT.search(line):
+            results.append((result.groups(), number))
         elif _TOUCH_BEGINS.search(line) or _NOT_WHOLE.search(line):
             raise file.error("the line is cut off: probe at X,Y is z=Z is needed", number)
         else:
             found.read_statement(line, number)
+    if not found.positions:
+        for cells, number in results:
+            found.take("result", cells, number)
+        rejected = []
     readings = found.readings("the file contains no touch (probe at X,Y is z=Z)")
-    return replace(readings, warnings=(*readings.warnings, *_told(discarded, rejected)))
+    told = _told(discarded, rejected)
+    if "result/1" in (readings.touches.labels or ()):
+        told.append("each height is a result of PROBE, which can be that of several samples")
+    return replace(readings, warnings=(*readings.warnings, *told))
 
 
 def _told(discarded: Sequence[int], rejected: Sequence[int]) -> list[str]:
@@ -102,7 +116,7 @@ KLIPPER = FileFormat(
     reads="touches",
     verified="the syntax of lines in seven public threads and in the source of Klipper",
     self_contained=True,
-    recognises=lambda lines: any(map(_TOUCH_BEGINS.search, lines)),
+    recognises=lambda lines: any(_TOUCH_BEGINS.search(li) or _RESULT.search(li) for li in lines),
     parse=lambda file, _: read_klipper_log(file),
     statements=TERMINAL,
     other_lines="named",

@@ -15,7 +15,10 @@ from pretravel.files import (
     Source,
     SourceFile,
     StatedRows,
+    joined_axes,
     opened,
+    plain_axes,
+    units_in_text,
     without_comments,
 )
 
@@ -60,6 +63,38 @@ _NUMBERED = re.compile(r"#\d+\s*:\s*")
 """The number of a point, as GEOPAK writes it."""
 _TITLE = re.compile(r"[^\W\d_]{3,}[^\d=#\[\]/]*")
 """A line of words above the first position: it has no number."""
+_HEAD_LINE = re.compile(
+    r"(?:date|time|datum|zeit|uhrzeit|fecha|hora|heure|program(?:m?e?)?|prog|messprogramm|file|"
+    r"datei|operator|bediener|order|auftrag)\b\W*\w",
+    re.IGNORECASE,
+)
+"""A line above the first position that gives the date, the program or the operator."""
+_SIGNAL = re.compile(
+    r"(?<=[\s,;])(?:(?:\$AC_MEA\[\d\]|#5070|(?:probe[_ ]?)?success|contact|hit|trip(?:ped)?|"
+    r"triggered|touched|result)\s*[:=]\s*(?P<flag>\d(?:\.0*)?|true|false|yes|no)|"
+    r"(?P<word>hit|miss(?:ed)?|no contact|not triggered|triggered|tripped|contact))\s*$",
+    re.IGNORECASE,
+)
+"""What says at the end of a line whether the probe's signal came."""
+_MISSED = re.compile(r"0(?:\.0*)?|false|no.*|miss.*", re.IGNORECASE)
+_TIME = re.compile(
+    r"\W*(?:\d{2,4}[-./]\d\d[-./]\d{2,4}[T ,;]*)?\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?:\s?[AP]M)?"
+    r"[\]\s,;:>-]+(?=\S)",
+    re.IGNORECASE,
+)
+"""A time before a position."""
+_WORDS_BEFORE = re.compile(
+    r"(?P<words>[A-Z][A-Z :,_-]{2,60}?)[\s:]\s*+\(?(?=X\s*+[:=]?+\s*+[-+.\d])", re.IGNORECASE
+)
+"""Words of several letters before a position: Probe hit at X …."""
+_OF_TOUCH = re.compile(r"probe|touch|trip|trig|hit|contact|meas|antast|palp", re.IGNORECASE)
+_OF_MISS = re.compile(r"\b(?:no|not|miss(?:ed)?|fail(?:ed)?|without)\b", re.IGNORECASE)
+_OF_NO_TOUCH = re.compile(
+    r"nom|target|start|end|stop|move|goto|center|centre|result|expect|corner|average|mean|plan|"
+    r"offset|approach|retract|simul|before|after",
+    re.IGNORECASE,
+)
+_BRACKETED = re.compile(r"\(([^()]*)\)")
 _UNIT_LINE = re.compile(
     r"\W*+(?:(?:units?|einheit(?:en)?)\W*+)?+\b(mm|inch|inches|metric|imperial|zoll)\b\W*+",
     re.IGNORECASE,
@@ -107,14 +142,21 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     feed: float | None = None
     rotary: dict[str, float] = {}
     unread: set[str] = set()
-    for number, text in enumerate(file.lines("a log of positions"), start=1):
-        line = without_comments(text).strip()
+    heads: list[int] = []
+    contact: list[bool] = []
+    for number, text in joined_axes(enumerate(file.lines("a log of positions"), start=1)):
+        units = _unit_of_comments(file, text, number, units, stated)
+        missed = _says_miss(text)
+        line = _without_time_and_signal(without_comments(text))
         line = _NUMBERED.sub("", line)
         if not line or line.startswith((";", "%", "#")):
             continue
         if unit := _UNIT_LINE.fullmatch(line):
             line = "G21" if unit[1].lower() in ("mm", "metric") else "G20"
         if not rows and _TITLE.fullmatch(line) and not _UNIT_WORD.search(line):
+            continue
+        if not rows and _HEAD_LINE.match(line):
+            heads.append(number)
             continue
         named = _LABEL.match(line)
         line = line[named.end() :] if named else line
@@ -136,6 +178,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             stated.row(number)
             rows.append(position)
             numbers.append(number)
+            contact.append(not missed)
             feeds.append(feed)
             labels.append((named["number"] or named["name"]) if named else "")
     scale = file.scale(units, "the file does not give its units (G20 or G21)")
@@ -146,11 +189,34 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         file.path,
         scale * np.array(rows),
         tuple(numbers),
+        None if all(contact) else tuple(contact),
         labels=tuple(labels) if all(labels) and len(set(labels)) == len(labels) else None,
         feeds=scale * np.array(known_feeds) if len(known_feeds) == len(rows) else None,
         words=stated.columns(),
-        warnings=(*stated.warnings(), *_not_read(unread)),
+        warnings=(*stated.warnings(), *_not_read(unread), *_heads_not_read(heads)),
     )
+
+
+def _unit_of_comments(
+    file: SourceFile, text: str, number: int, units: str | None, stated: StatedRows
+) -> str | None:
+    """The unit that holds after the comments of a line; what else they change is taken, too."""
+    comments = _BRACKETED.findall(text)
+    if text.lstrip().startswith((";", "#")) and plain_axes(text) == text:
+        comments.append(text.strip(" ;#"))
+    for comment in comments:
+        stated.take(_STATEMENTS.of(";"), f"; {comment}", number)
+        for own in units_in_text([comment]):
+            code = {"mm": "G21", "inch": "G20"}.get(own)
+            if code is None:
+                raise file.error(f"the unit {own} is none of positions: mm and inch are", number)
+            units = _units(file, code, number, units)
+    return units
+
+
+def _heads_not_read(lines: list[int]) -> tuple[str, ...]:
+    """A sentence that names lines above the positions, such as a date."""
+    return (f"not read: line {', '.join(map(str, lines))} above the positions",) if lines else ()
 
 
 def _not_read(letters: set[str]) -> tuple[str, ...]:
@@ -210,6 +276,33 @@ def _position(
     return file.numbers([words[axis] for axis in "XYZ"], number)
 
 
+def _says_miss(line: str) -> bool:
+    """Whether a line of a position says that there was no contact, at its end or before it.
+
+    >>> _says_miss("X1 Y2 Z3 MISS"), _says_miss("probe not tripped X1 Y2 Z3"), _says_miss("X1 Y2")
+    (True, True, False)
+    """
+    signal, before = _SIGNAL.search(line), _words_before(line)
+    missed = signal is not None and bool(_MISSED.fullmatch(signal["flag"] or signal["word"]))
+    return missed or (before is not None and _OF_MISS.search(before["words"]) is not None)
+
+
+def _words_before(line: str) -> re.Match[str] | None:
+    """Words of a touch, or of one that missed, before a position."""
+    time = _TIME.match(line)
+    found = _WORDS_BEFORE.match(line, time.end() if time else 0)
+    if found is None or _OF_NO_TOUCH.search(found["words"]):
+        return None
+    return found if _OF_TOUCH.search(found["words"]) else None
+
+
+def _without_time_and_signal(line: str) -> str:
+    """A line of a position without what stands before and after the words."""
+    before = _words_before(line) or _TIME.match(line)
+    rest = line[before.end() :] if before else line
+    return plain_axes(_SIGNAL.sub("", rest).strip())
+
+
 def _squeezed(value: str) -> str:
     """A number without the blanks between its sign and its digits."""
     return "".join(value.split())
@@ -218,11 +311,13 @@ def _squeezed(value: str) -> str:
 def _is_positions(lines: list[str]) -> bool:
     # A label such as X1 in a CSV file looks like a coordinate.
     is_csv = "nx" in lines[0].split(",")
-    return not is_csv and any(map(_is_position, lines[:_HEAD]))
+    joined = joined_axes(enumerate(lines))
+    return not is_csv and any(_is_position(line) for _, line in joined[:_HEAD])
 
 
 def _is_position(line: str) -> bool:
     """Whether X begins a line, and Y and Z follow in this order; or a line is three such words."""
+    line = _without_time_and_signal(line)
     if _IN_ANY_ORDER.fullmatch(line) and {*"XYZ"} <= {w[0].upper() for w in _WORD.findall(line)}:
         return True
     place = _X_FIRST.match(line)

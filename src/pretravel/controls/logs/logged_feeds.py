@@ -1,19 +1,22 @@
-"""Feeds of the touches of a log: the F words of the probing moves that a sender wrote into it."""
+"""Probing moves that a sender wrote into a log: feeds of touches, and moves away from a surface."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pretravel.base import INCH, FloatArray
-from pretravel.files import without_comments
+from pretravel.files import FilePositions, without_comments
 
 _REPORTS = re.compile(r"<[^<>]*>|\[(?!GC:)[A-Za-z0-9.]+:[^\[\]]*\]")
 """What the control reports, in which F has another meaning."""
-_MOVE = re.compile(r"G38\.[2-5](?!\d)", re.IGNORECASE)
+_MOVE = re.compile(r"G38\.([2-5])(?!\d)", re.IGNORECASE)
+_AWAY = "45"
+"""G38.4 and G38.5 move until the contact ends."""
+_SHOWN = 5
 _ORDER = re.compile(r"(?<![A-Z])G\d|^\W*F\s*\d", re.IGNORECASE)
 _FEED = re.compile(r"(?<![A-Z])F\s*(\d{1,9}(?:\.\d{0,9})?)(?![\d.])", re.IGNORECASE)
 _UNITS = re.compile(r"(?<![A-Z])G2([01])(?![\d.])", re.IGNORECASE)
@@ -31,11 +34,14 @@ class LoggedFeeds:
         The feed is None where the log has not stated one yet. [unit of the program per minute]
     inch : bool or None
         Unit of the program; None: not stated.
+    away : set of int
+        Lines of the moves that end where the contact does.
     """
 
     moves: list[tuple[int, float | None]] = field(default_factory=list)
     inch: bool | None = None
     active: float | None = None
+    away: set[int] = field(default_factory=set)
 
     def take(self, text: str, number: int) -> None:
         """Read a line of the log.
@@ -53,8 +59,43 @@ class LoggedFeeds:
             self.inch = unit == "0"
         for feed in _FEED.findall(code):
             self.active = float(feed) or None
-        if _MOVE.search(code):
+        if move := _MOVE.search(code):
             self.moves.append((number, self.active))
+            self.away |= {number} if move[1] in _AWAY else set()
+
+    def _of_each(self, reports: Sequence[int]) -> list[list[tuple[int, float | None]]]:
+        """The moves to which each report can belong."""
+        if len(self.moves) == len(reports) and all(
+            move <= report for (move, _), report in zip(self.moves, reports, strict=True)
+        ):
+            return [[move] for move in self.moves]
+        before = (0, *reports)
+        return [
+            [move for move in self.moves if start < move[0] <= report]
+            for start, report in zip(before, reports, strict=False)
+        ]
+
+    def applied(self, found: FilePositions) -> FilePositions:
+        """Positions without those at which a contact ended, and what was understood of the moves.
+
+        Where all are such, they stay: the probe's signal is inverted, perhaps.
+
+        Parameters
+        ----------
+        found : FilePositions
+        """
+        moves = self._of_each(found.lines)
+        away = [bool(of) and all(line in self.away for line, _ in of) for of in moves]
+        told: tuple[str, ...] = ()
+        if away and all(away):
+            told = ("all moves are G38.4 or G38.5: the positions are where a contact ended",)
+        elif any(away):
+            lines = [line for line, left in zip(found.lines, away, strict=True) if left]
+            shown = ", ".join(map(str, lines[:_SHOWN])) + (" …" if len(lines) > _SHOWN else "")
+            told = (f"left out, since a contact ended there (G38.4, G38.5): line {shown}",)
+            found = found.take(~np.array(away))
+        warnings = (*found.warnings, *told)
+        return replace(found, understood=self.sentence(found.feeds), warnings=warnings)
 
     def of(self, reports: Sequence[int], scale: float) -> FloatArray | None:
         """Return the feed of each report, (n,); None where one of them is not known. [mm/min]
@@ -72,17 +113,8 @@ class LoggedFeeds:
         >>> LoggedFeeds([(1, 500.0), (2, 100.0)]).of([3, 4], 1.0).tolist()
         [500.0, 100.0]
         """
-        found: list[float | None] = []
-        if len(self.moves) == len(reports) and all(
-            move <= report for (move, _), report in zip(self.moves, reports, strict=True)
-        ):
-            found = [feed for _, feed in self.moves]
-        else:
-            before = 0
-            for report in reports:
-                feeds = {feed for line, feed in self.moves if before < line <= report}
-                found.append(feeds.pop() if len(feeds) == 1 else None)
-                before = report
+        feeds = [{feed for _, feed in moves} for moves in self._of_each(reports)]
+        found = [each.pop() if len(each) == 1 else None for each in feeds]
         known = [feed for feed in found if feed is not None]
         if len(known) < len(reports):
             return None

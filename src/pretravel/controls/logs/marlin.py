@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Sequence
 
 from pretravel.controls.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
 from pretravel.files import FileFormat, FileReadings, ReadingOptions, Source, opened
@@ -29,7 +31,8 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
     -------
     FileReadings
         In mm, with normals along z. Labels: M48 1/1 … of each M48, bed/1 … of the others. The
-        height that M48 V4 reports before it counts is the first touch of its series.
+        height that M48 V4 reports before it counts is the first touch of its series; of a touch
+        that is reported twice one report is taken.
 
     Raises
     ------
@@ -48,14 +51,17 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
     found = LoggedHeights(file, statements=TERMINAL_LINES)
     name, testing = "bed", False
     place: tuple[str, ...] = ()
-    for number, line in enumerate(file.lines("console output of Marlin"), start=1):
+    lines = file.lines("console output of Marlin")
+    twice = _reported_twice(lines)
+    for number, line in enumerate(lines, start=1):
         if _TEST_BEGINS.search(line):
             name, place, testing = found.new_series("M48"), (), True
         elif _TEST_ENDS.search(line):
             name, testing = "bed", False
         elif touch := _PLACED.search(line):
             place = touch.groups()[:2]
-            found.take(name, touch.groups(), number)
+            if number not in twice:
+                found.take(name, touch.groups(), number)
         elif _PLACED_BEGINS.search(line):
             raise file.error("the line is cut off: Bed X: … Y: … Z: … is needed", number)
         elif touch := _TEST.search(line):
@@ -71,6 +77,36 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
         "mean and standard deviation alone",
         look_only=look_only,
     )
+
+
+def _reported_twice(lines: Sequence[str]) -> set[int]:
+    """Lines of touches in M48 whose height the next line, which counts, reports again.
+
+    Before it counts, M48 touches once, perhaps at the height of the touch that it counts first:
+    where only that one occurs twice, the two are different touches.
+    """
+    found: set[int] = set()
+    series: list[int] = []
+    bed: tuple[int, float] | None = None
+    for number, line in enumerate(lines, start=1):
+        if _TEST_BEGINS.search(line) or _TEST_ENDS.search(line):
+            series, bed = [], None
+        elif touch := _PLACED.search(line):
+            bed = (number, _height(touch[3]))
+        elif touch := _TEST.search(line):
+            if bed is not None and bed[1] == _height(touch[3]):
+                series.append(bed[0])
+                found |= {*series} if len(series) > 1 else set()
+            bed = None
+    return found
+
+
+def _height(text: str) -> float:
+    """A height; not a number where the reader refuses it."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _parsed(file: Source, options: ReadingOptions) -> FileReadings:

@@ -1,7 +1,8 @@
-"""Console output of RepRapFirmware: heights of G30 S-1; reading.
+"""Console output of RepRapFirmware and Smoothieware: heights of G30; reading.
 
-G30 S-1 reports ``Stopped at height Z mm``, a series of G30 P… its heights in one line,
-``G32 bed probe heights: …``. Neither states x and y.
+G30 S-1 of RepRapFirmware reports ``Stopped at height Z mm``, a series of G30 P… its heights in one
+line, ``G32 bed probe heights: …``; G30 of Smoothieware ``Z:1.2345 C:1234``, in mm and steps. None
+of them states x and y.
 """
 
 from __future__ import annotations
@@ -12,12 +13,13 @@ from pretravel.controls.logs.heights_of_log import TERMINAL, TERMINAL_LINES, Log
 from pretravel.files import FileFormat, FileReadings, ReadingOptions, Source, opened
 
 _STOPPED = re.compile(r"\bStopped at height (-?[\d.]+) mm")
+_SMOOTHIE = re.compile(r"(?<![\w:])Z:(-?\d+\.\d{4}) C:-?\d+\s*$")
 _HEIGHTS = re.compile(r"\b(?:G32 )?bed probe heights:([^,]*)", re.IGNORECASE)
 _BEGINS = re.compile(r"\bStopped at height |\bbed probe heights:", re.IGNORECASE)
 
 
 def read_reprap_log(source: Source, *, look_only: bool = False) -> FileReadings:
-    r"""Read the heights that RepRapFirmware reports.
+    r"""Read the heights that RepRapFirmware or Smoothieware reports.
 
     Parameters
     ----------
@@ -45,7 +47,7 @@ def read_reprap_log(source: Source, *, look_only: bool = False) -> FileReadings:
     file = opened(source)
     found = LoggedHeights(file, statements=TERMINAL_LINES)
     for number, line in enumerate(file.lines("console output of RepRapFirmware"), start=1):
-        if stopped := _STOPPED.search(line):
+        if stopped := _STOPPED.search(line) or _SMOOTHIE.search(line):
             found.take("G30", stopped.groups(), number)
         elif heights := _HEIGHTS.search(line):
             name = found.new_series("heights")
@@ -64,11 +66,11 @@ def _parsed(file: Source, options: ReadingOptions) -> FileReadings:
 
 REPRAP = FileFormat(
     name="reprap",
-    what="console output of RepRapFirmware: heights of G30 S-1, without x and y",
+    what="console output of RepRapFirmware, Smoothieware: heights of G30, without x and y",
     reads="heights, for pretravel repeat",
     needs="nothing that could be given: no x and y",
-    verified="one public macro with its output, and the firmware's lines that write it",
-    recognises=lambda lines: any(map(_BEGINS.search, lines)),
+    verified="one public macro with its output, and the lines of both firmwares that write it",
+    recognises=lambda lines: any(_BEGINS.search(li) or _SMOOTHIE.search(li) for li in lines),
     parse=_parsed,
     statements=TERMINAL,
     other_lines="named",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from pretravel.files.file_format import FileFormat, FileReadings, PointsOrigin, 
 from pretravel.files.logs.plain_labels import plain_labels, plain_name
 from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows, any_of
 from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.words_of_lines import units_in_text
 from pretravel.touches import Touches, word_fields
 
 if TYPE_CHECKING:
@@ -66,7 +68,7 @@ def read_fusion(source: Source, units: str | None = None) -> FileReadings:
     ----------
     source : str, Path or SourceFile
     units : str
-        mm or inch; the file does not state it.
+        mm or inch, where no line above the points states it.
 
     Returns
     -------
@@ -88,7 +90,7 @@ def read_fusion(source: Source, units: str | None = None) -> FileReadings:
     """
     file = opened(source)
     lines = file.lines("a results file of Fusion")
-    results = _Results(file, file.scale(units, "a results file does not give its units"))
+    results = _Results(file, file.scale(_units(file, lines, units), _NO_UNITS))
     for number, text in enumerate(lines, start=1):
         results.read_line(text.replace("*", " ").strip(), number)
     results.close_point()
@@ -99,6 +101,26 @@ def read_fusion(source: Source, units: str | None = None) -> FileReadings:
         warnings=_warnings(results),
         tip_radius=results.radii.pop() if len(results.radii) == 1 else None,
     )
+
+
+_NO_UNITS = "the results file does not give its units"
+_OF_SIEMENS = {"G70": "G20", "G71": "G21"}
+
+
+def _units(file: SourceFile, lines: Sequence[str], units: str | None) -> str | None:
+    """The units that a line above the points gives, or those that are given."""
+    for number, line in enumerate(lines, start=1):
+        word = line.strip()[:4].upper()
+        if word in ("G800", "G801"):
+            break
+        if line.startswith(_LABEL):
+            continue
+        for own in units_in_text([_OF_SIEMENS.get(line.strip().upper(), line)]):
+            if units not in (None, own):
+                raise file.error(f"the file is in {own}, but {units} was given", number,
+                                 inputs=("units",))  # fmt: skip
+            units = own
+    return units
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,14 @@ import numpy as np
 from pretravel.base import InputError
 from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.logs.dmis import checked_radius_taken_off, with_unit_normals
-from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows, any_of
+from pretravel.files.row_statements import (
+    RowStatement,
+    RowStatements,
+    StatedRows,
+    any_of,
+    changes_rows,
+    is_note,
+)
 from pretravel.files.source_file import UNITS, Source, SourceFile, opened
 from pretravel.touches import Touches, word_fields
 
@@ -167,6 +174,11 @@ class _Feature:
     at: dict[str, str] = field(default_factory=dict)
     touched: bool = True
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether its touches are read."""
+        return bool(self.hits) or "ACTL" in self.values
+
 
 @dataclass
 class _Routine:
@@ -198,9 +210,14 @@ class _Routine:
             self.units.setdefault(bool(found[1]), (unit, number))
         known = _STATEMENTS.of(statement)
         if known is None or known[0].then != "harmless":
-            if known is not None and known[0].then == "refused":
+            changing = known is None and changes_rows(statement)
+            complete = self.feature is not None and self.feature.is_complete
+            if (known is not None and known[0].then == "refused") or (changing and complete):
                 self.close_feature()
             self._hold(known, statement, number)
+        elif is_note(statement):
+            if changes_rows(statement):
+                self.stated.unknown.append((number, statement))
         elif (found := _FEATURE.search(statement)) and (label := statement[: found.start()]):
             self.close_feature()
             kind = statement[found.end() :].strip()

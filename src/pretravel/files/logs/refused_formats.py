@@ -19,6 +19,7 @@ from pretravel.files.lines_of_tables import (
     rows_below_a_title,
 )
 from pretravel.files.logs.plain_labels import without_comments
+from pretravel.files.words_of_lines import plain_axes
 
 _CODE = re.compile(r"(?:G(?:38\.[2-5]|31|65|28|0?[23])|M(?:0?[3-6]|30))(?![\d.])|#", re.IGNORECASE)
 """Orders that no log of positions contains."""
@@ -27,12 +28,14 @@ _VALUE = r"[-+]?(?:\.?\d|\[|#|<)"
 _APART = re.compile(rf"(?<=[A-Z])\s(?={_VALUE})", re.IGNORECASE)
 """A blank between a letter and its number."""
 _WORD = re.compile(rf"[A-Z]{_VALUE}[^,;]*", re.IGNORECASE)
-_ASSIGNMENT = re.compile(r"#\s?[\d<].*=")
+_ASSIGNMENT = re.compile(r"#\s?[\d<][^:=]*=")
 _POSITION = re.compile(
-    r"(?:N\s*\d+\s*)?" + "".join(rf"{axis}[\s=:]*[-+]?[\s\d.,]+[,;*\s]*" for axis in "XYZ"),
+    r"(?:N\s*\d+\s*)?"
+    + "".join(rf"{axis}[\s=:]*[-+]?[\s\d.,]+[,;*\s]*" for axis in "XYZ")
+    + r"(?:\$.*)?",
     re.IGNORECASE,
 )
-"""A line that is a position, and nothing else."""
+"""A line that is a position, and at most a variable of Siemens."""
 _HEIDENHAIN_PROGRAM = re.compile(r"(?:0\s+)?BEGIN PGM\b|\d+\s+TCH PROBE \d{3}\b", re.IGNORECASE)
 _DPRNT = re.compile(r"(?:N\d+\s*)?(?:DPRNT\[|POPEN\b)", re.IGNORECASE)
 _SUBROUTINE = re.compile(r"o\s?(?:<\w+>|\d+)\s*(?:sub|call|if|while|repeat)\b", re.IGNORECASE)
@@ -50,13 +53,15 @@ def _untitled(pattern: str, *, head: int) -> Callable[[list[str]], bool]:
     return lambda lines: (
         found(lines)
         and not (is_table(lines) and (has_known_header(lines) or rows_below_a_title(lines)))
-        and sum(map(bool, map(_POSITION.fullmatch, lines))) < FEWEST_ROWS
+        and sum(bool(_POSITION.fullmatch(plain_axes(line))) for line in lines) < FEWEST_ROWS
     )
 
 
 def _is_program(lines: list[str]) -> bool:
     for line in lines:
         code = without_comments(line).partition(";")[0].strip()
+        if "=" in code and _POSITION.fullmatch(plain_axes(code)):
+            continue  # values of #5061, #5062, #5063
         if _HEIDENHAIN_PROGRAM.match(code) or _DPRNT.match(code) or _SUBROUTINE.match(code):
             return True
         if _CODE.search(code) and _is_block(code):
@@ -129,6 +134,12 @@ _RESULTS = (
 )
 
 
+_CENTRE = re.compile(
+    r"[xyz](?:c|m|o|cen|cent(?:er|re)|mitte|mittelpunkt|centro)|"
+    r"(?:c|cen|cent(?:er|re)|mitte|mittelpunkt|centro)[xyz]"
+)
+"""Coordinates of a centre, without blanks."""
+_BEGINS_SIZE = re.compile(r"d|r|size|radius|(?:dia|durchm|form|round).*")
 _RADII = {
     "radius", "rad", "radio", "rayon", "raggio", "nomradius", "actradius", "measradius",
 }  # fmt: skip
@@ -198,6 +209,9 @@ def _is_feature_list(lines: list[str]) -> bool:
     if not cells:
         return False
     if not names_known_columns(cells):
+        centres = [word for word in squeezed if _CENTRE.fullmatch(word)]
+        if len(centres) > 1 and any(map(_BEGINS_SIZE.fullmatch, squeezed)):
+            return True
         return all(any(word in kind for word in plain) for kind in _RESULTS)
     if any(_SIZES.fullmatch(word) for word in squeezed if word) or "ø" in cells:
         return True
@@ -238,6 +252,7 @@ LISTING = FileFormat(
     recognises=_untitled(
         r"\b(?:quindos|reflex|metrolog|polyworks|gom inspect|zeiss inspect|verisurf|aberlink|"
         r"calypso|powerinspect|rationaldmis|cmm-manager|camio|xactmeasure|mcosmos|geopak|carvera|"
+        r"modus inspection|pc-?dmis|"
         r"makera|calibrating probe|probing (?:bore|boss|(?:outside |inside )?corner|single axis|"
         r"square|2 points to find an angle)|final posit(?:i?on):? ?[xyz])\b|^corner found\b|"
         r"^cent(?:er|re) of bo(?:re|ss) or\b",
@@ -258,17 +273,29 @@ CALYPSO = FileFormat(
     "with their normals, and convert these from CSV",
 )
 
+_CYCLE = re.compile(r"\bCYCLE9\d\d\b", re.IGNORECASE)
+"""A measuring cycle of Siemens: its name in a row of results."""
+_titled_log = _untitled(
+    r"\bMeasuring (?:log|results)\b|\bMeasurement log\b|\bMessprotokoll\b|^\W*VS7[5-9]\s*[=:]|"
+    r"^\W*(?:Prob(?:ing|e) cycle|Touch probe cycle|Antastzyklus|Tastsystem-?Zyklus) +4\d\d\b",
+    head=40,
+)
+
+
+def _is_cycle_log(lines: list[str]) -> bool:
+    """Whether a text has the title of a log of cycles, or names a cycle in most of its rows."""
+    rows = [line for line in lines[:60] if any(sign.isdigit() for sign in line)]
+    named = sum(bool(_CYCLE.search(line)) for line in rows)
+    return (named > 1 and 2 * named > len(rows)) or _titled_log(lines)
+
+
 HEIDENHAIN_LOG = FileFormat(
     name="heidenhain-log",
-    what="measuring log of Heidenhain's cycles: TCHPR4xx.TXT",
-    recognises=_untitled(
-        r"\bMeasuring log\b|\bMeasurement log\b|\bMessprotokoll\b|"
-        r"^\W*(?:Prob(?:ing|e) cycle|Touch probe cycle|Antastzyklus|Tastsystem-?Zyklus) +4\d\d\b",
-        head=40,
-    ),
+    what="log of measuring cycles: Heidenhain TCHPR4xx.TXT, Siemens CYCLE9xx, Okuma VS75",
+    recognises=_is_cycle_log,
     refusal="this is the log of a measuring cycle: sizes and positions of a feature, with the "
-    "tip's radius subtracted. It has no touches. Probe the points one by one (TCH PROBE 3 or 444) "
-    "and write each measured position with FN 16: F-PRINT as a row of a table",
+    "tip's radius subtracted. It has no touches. Probe the points one by one (TCH PROBE 3 or 444, "
+    "MEAS, G31) and write each measured position as a row of a table (FN 16, WRITE, DPRNT)",
 )
 
 BED_MESH = FileFormat(

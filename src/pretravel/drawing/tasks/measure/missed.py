@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 
+from pretravel.files import odd_zeros
 from pretravel.measurement import MissedPoints, Points, missed_points
+
+_FEWEST = 3
+"""Points from which a name that repeats is that of a feature."""
+_SHOWN = 5
 
 
 def without_missed(
@@ -41,7 +47,31 @@ e (-2.512 mm)'])
             return _named(points, kind, found)
         if found.all_near:
             break
-    return points, []
+    return points, _zeros(points) if "plane" in kinds else []
+
+
+def several_features(points: Points) -> list[str]:
+    """A sentence about points of which the labels name several features, each several times.
+
+    >>> points = Points.plain(np.arange(18.0).reshape(6, 3), ("B1", "B1", "B1", "B2", "B2", "B2"))
+    >>> several_features(points)[0][:60]
+    'the labels name 2 features, B1 (3 points), B2 (3 points), an'
+    """
+    counts = Counter(points.labels)
+    if len(counts) < 2 or min(counts.values()) < _FEWEST:
+        return []
+    shown = ", ".join(f"{name} ({n} points)" for name, n in list(counts.items())[:_SHOWN])
+    more = " …" if len(counts) > _SHOWN else ""
+    said = f"the labels name {len(counts)} features, {shown}{more}, and all points are taken as one"
+    return [f"{said}: select those of one feature by the label"]
+
+
+def _zeros(points: Points) -> list[str]:
+    """A sentence about heights that are exactly 0, apart from the others."""
+    axis = int(np.argmin(np.ptp(points.positions, axis=0)))
+    named = ", ".join(points.labels[row] for row in odd_zeros(points.positions, axis))
+    said = f"the height of {named} is exactly 0, apart from the others: was it probed?"
+    return [f"{said} If not, leave it out"] if named and not points.state_uncertainty else []
 
 
 def _unclear(count: int, kind: str, off: float) -> str:

@@ -485,7 +485,7 @@ class Measure(LaboratoryReport):
             refuse_one_place_for_many,
             with_names_of_features,
         )
-        from pretravel.drawing.tasks.measure.missed import without_missed
+        from pretravel.drawing.tasks.measure.missed import several_features, without_missed
         from pretravel.measurement import points_of_features
 
         wanted = wanted or self.wanted(part)
@@ -502,6 +502,7 @@ class Measure(LaboratoryReport):
                 chosen, left_out = with_names_of_features(chosen)
             refuse_one_place_for_many(task, list(chosen))
             of_task = []
+            misses += several_features(chosen[""]) if "" in chosen else []
             for label, mine in chosen.items():
                 kept, said = without_missed(mine, kinds_of(label, task), task.axis)
                 of_task.append(inspected(label, kept, task))

@@ -1,0 +1,153 @@
+"""Which rows of a table are touches, by words: kinds of moves, verdicts, directions of travel."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+from pretravel.files.text_table import TextTable
+
+_SHOWN = 5
+_MOST_KINDS = 8
+_TOUCHES = {
+    "touch", "touched", "probe", "probing", "probed", "trigger", "triggered", "contact", "hit",
+    "measure", "measured", "measurement", "meas", "touch point", "point", "ptmeas", "g31", "g38.2",
+    "g38.3", "antasten", "antastung", "antastpunkt", "messen", "messpunkt", "messung", "gemessen",
+    "palpage", "toque", "actual", "real",
+    "fast", "slow", "search", "seek", "fine", "coarse",
+}  # fmt: skip
+_MOVES = {
+    "approach", "retract", "retreat", "retraction", "move", "moving", "travel", "rapid", "goto",
+    "position", "positioning", "start", "start point", "startpoint", "begin", "end", "end point",
+    "endpoint", "stop", "stopped", "clearance", "clear", "safe", "safety", "home", "park",
+    "pre-touch", "pretouch", "prehit", "pre-hit", "pre-point", "backoff", "back-off", "back off",
+    "depart", "departure", "overtravel", "g0", "g00", "g1", "g01", "linear", "anfahren",
+    "anfahrpunkt", "startpunkt", "endpunkt", "ruckzug", "rückzug", "freifahren", "verfahren",
+    "eilgang", "release", "untouch", "untrigger", "un-trip",
+    "nominal", "target", "planned", "plan", "theoretical", "simulated", "simulation", "predicted",
+    "interpolated", "calculated", "computed", "constructed", "estimated", "virtual", "scan",
+    "scanning", "scanned", "soll", "simuliert", "berechnet",
+}  # fmt: skip
+"""Rows of which one of these words is the kind are no touches, where others are."""
+_VERDICT = re.compile(
+    r"(?:status|state|[ée]tat|statut|estado|stato|result|ergebnis|ok|verdict|outcome|"
+    r"check|test|pass(?:ed)?[ /_]?fail(?:ed)?|"
+    r"in ?tol(?:erance)?|eval\w*|bewertung|urteil|i\.?o\.?|quality|"
+    r"accept(?:ed)?|judg\w*|conform\w*)\W*",
+    re.IGNORECASE,
+)
+_FLAGS = re.compile(r"flags?|warnings?|warnungen?", re.IGNORECASE)
+_DIGITS = 9
+_GOOD = re.compile(
+    r"ok(?:ay)?|pass(?:ed)?|good|gut|i\.?o\.?|in ?tol(?:erance)?|intol|true|yes|y|ja|valid|accept"
+    r"(?:ed)?|conform|done|complete[d]?|bon|c|0\.?0*",
+    re.IGNORECASE,
+)
+_NOT_GOOD = re.compile(
+    r"ng|nok|n\.?i\.?o\.?|not ok|fail(?:ed|ure)?|bad|reject(?:ed)?|out(?: ?of)? ?tol(?:erance)?|"
+    r"outtol|false|no|n|nein|error|err|warn(?:ing)?|alarm|schlecht|ausschuss|x|nc|oot",
+    re.IGNORECASE,
+)
+_WAY = re.compile(r"[XYZ][+-]|[+-][XYZ]", re.IGNORECASE)
+_OF_TRAVEL = re.compile(
+    r"(?:(?:probe?(?:ing)?|approach|touch|travel|measuring|search|move)[ _]?)?"
+    r"(?:dir(?:ection)?|axis|way)|approach|antastrichtung|messrichtung|richtung|achse|sens|direccion",
+    re.IGNORECASE,
+)
+
+
+def rows_of_touches(text: TextTable, stated: Collection[int]) -> tuple[TextTable, tuple[str, ...]]:
+    """The rows that are touches, and sentences about those that are not.
+
+    Rows are left out where the words of a column say that some are touches, others moves or
+    nominal: approach, touch, retract.
+
+    Parameters
+    ----------
+    text : TextTable
+    stated : collection of int
+        Columns whose meaning is given.
+    """
+    for i, title in enumerate(text.names or ()):
+        kinds = Counter(cell.strip().lower() for cell in text.column(i))
+        if i in stated or not 1 < len(kinds) < min(len(text.rows), _MOST_KINDS):
+            continue
+        if not kinds.keys() <= _TOUCHES | _MOVES:
+            continue
+        moves = kinds.keys() & _MOVES
+        if not moves or not kinds.keys() & _TOUCHES:
+            continue
+        kept = [k for k, cell in enumerate(text.column(i)) if cell.strip().lower() not in moves]
+        left = Counter(cell for cell in text.column(i) if cell.strip().lower() in moves)
+        shown = ", ".join(f"{word} ({count})" for word, count in left.items())
+        told = f"rows whose {title} is {shown} are no touches, and are left out"
+        rows, lines = [text.rows[k] for k in kept], [text.lines[k] for k in kept]
+        return replace(text, rows=tuple(rows), lines=tuple(lines)), (told,)
+    return text, ()
+
+
+def with_travel(text: TextTable) -> TextTable:
+    """The table with the directions of travel as vectors, where a column gives them as -Z or X+.
+
+    Parameters
+    ----------
+    text : TextTable
+    """
+    names = text.names or ()
+    if {"ax", "ay", "az"} & {*names}:
+        return text
+    for i, title in enumerate(names):
+        cells = [cell.strip().upper() for cell in text.column(i)]
+        if not _OF_TRAVEL.fullmatch(title.strip()) or not all(map(_WAY.fullmatch, cells)):
+            continue
+        rows = []
+        for row, cell in zip(text.rows, cells, strict=True):
+            one = "-1" if "-" in cell else "1"
+            way = tuple(one if axis in cell else "0" for axis in "XYZ")
+            rows.append((*row[:i], "", *row[i + 1 :], *way))
+        shown = tuple(f"column {i + 1}" if k == i else name for k, name in enumerate(names))
+        units = (*text.units, "", "", "") if text.units else ()
+        return replace(text, names=(*shown, "ax", "ay", "az"), rows=tuple(rows), units=units)
+    return text
+
+
+def is_verdict(title: str) -> bool:
+    """Whether a title is that of a column of verdicts: Status, OK, Pass/Fail.
+
+    >>> is_verdict("Result"), is_verdict("Operator")
+    (True, False)
+    """
+    return _VERDICT.fullmatch(title.strip()) is not None
+
+
+def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
+    """Sentences about rows of which a column says that they are not good.
+
+    Parameters
+    ----------
+    text : TextTable
+    unread : sequence of int
+        Columns that have no other meaning.
+    """
+    told = []
+    for i in unread:
+        cells = [cell.strip() for cell in text.column(i)]
+        bad = [k for k, cell in enumerate(cells) if _NOT_GOOD.fullmatch(cell)]
+        good = [k for k, cell in enumerate(cells) if not cell or _GOOD.fullmatch(cell)]
+        if _FLAGS.fullmatch(text.title(i).strip()) and all(map(str.isdecimal, cells)):
+            good = [k for k, cell in enumerate(cells) if int(cell[:_DIGITS]) == 0]
+            bad = [k for k in range(len(cells)) if k not in good]
+        elif not is_verdict(text.title(i)):
+            continue
+        if not bad or len(bad) + len(good) < len(cells):
+            continue
+        if good:
+            lines = ", ".join(str(text.lines[k]) for k in bad[:_SHOWN])
+            more = " …" if len(bad) > _SHOWN else ""
+            told.append(
+                f"{text.title(i)} is '{cells[bad[0]]}' in line {lines}{more}: of the part, or of "
+                "the touch? The rows are used; leave out what is no touch"
+            )
+    return tuple(told)
