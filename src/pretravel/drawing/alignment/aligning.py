@@ -11,7 +11,7 @@ from pretravel.drawing.alignment.alignment_fit import align as align_from
 from pretravel.drawing.alignment.alignment_search import found_placements
 from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.files import ReadingOptions, one_normal, read_readings
-from pretravel.maps import PretravelMap
+from pretravel.maps import PretravelMap, refuse_other_orientation
 from pretravel.surface import Part
 from pretravel.touches import Touches
 
@@ -52,16 +52,18 @@ def align(
     Raises
     ------
     PretravelError
-        No placement explains the touches, or several do.
+        No placement explains the touches, or several do; touches at another orientation of the
+        spindle or head than the map.
     InputError
         A file that is not one of touches.
     """
-    if isinstance(touches, Touches):
-        tips = TipCentres.of(touches)
-    else:
+    stated_approaches = True
+    if not isinstance(touches, Touches):
         options = ReadingOptions(normals_from=one_normal([0.0, 0.0, 1.0]))
         read = read_readings(touches, options).in_machine_axes()
-        tips = TipCentres.of(read.touches, stated_approaches=not read.normals_taken)
+        touches, stated_approaches = read.touches, not read.normals_taken
+    refuse_other_orientation(touches, pretravel_map)
+    tips = TipCentres.of(touches, stated_approaches=stated_approaches)
     if start is None:
         start = only_placement(tips, part, pretravel_map, extrapolate=extrapolate)
     return align_from(tips, part, pretravel_map, start, datums=datums, extrapolate=extrapolate)
