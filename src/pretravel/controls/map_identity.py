@@ -125,5 +125,4 @@ def check_map_of_program(
                 "delay is known",
                 inputs=("compensated",),
             )
-    if spindle_deg is not None:
-        refuse_turned_map(pretravel_map, spindle_deg)
+    refuse_turned_map(pretravel_map, spindle_deg)
