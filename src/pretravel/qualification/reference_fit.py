@@ -30,8 +30,10 @@ from pretravel.maps import (
     WIDE,
     MachinePriors,
     MachineTerms,
+    orientation_of,
 )
 from pretravel.qualification.axis_errors import WITHIN_A_TURN, AxisErrors, hypotheses
+from pretravel.qualification.delay import several_feeds
 from pretravel.qualification.reference_model import (
     PLACE,
     PRETRAVEL_OF,
@@ -184,7 +186,8 @@ def fit_references(
     Raises
     ------
     PretravelError
-        A touch on no reference, or on no face of its block; fewer touches than unknowns.
+        A touch on no reference, or on no face of its block; fewer touches than unknowns; touches
+        at several feeds or orientations of the spindle, or of several tips.
 
     >>> block = Reference("block", "block", (50.0,))
     >>> n = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]] * 6)
@@ -193,9 +196,24 @@ def fit_references(
     >>> found.term("scale of x").determined, found.term("squareness of x and y").determined
     (False, False)
     """
+    _refuse_several_states(touches)
     model = ReferenceModel(touches, references, tip_diameter, priors)
     unknowns = _solved(model)
     return _judged(model, unknowns)
+
+
+def _refuse_several_states(touches: Touches) -> None:
+    """Refuse touches whose pretravel in one direction is not one: this fit has one for each."""
+    touches.refuse_several()
+    orientation_of(touches)
+    if several_feeds(touches):
+        assert touches.feeds is not None
+        raise PretravelError(
+            f"the touches are at {touches.feeds.min():g} to {touches.feeds.max():g} mm/min: feed × "
+            "signal delay would look like backlash or pretravel of single directions. Touch all "
+            "references at one feed, or choose the touches of one",
+            inputs=("series", "exclude"),
+        )
 
 
 def _shown(name: str) -> str:

@@ -115,6 +115,24 @@ def test_inside_and_outside_give_the_scale(tip_diameter: float | None) -> None:
         assert scale.u == pytest.approx(u / 100.0, rel=0.4)
 
 
+@pytest.mark.parametrize(
+    ("stated", "reason"),
+    [
+        ({"feeds": [50.0, 500.0]}, "50 to 500 mm/min"),
+        ({"spindle": [0.0, np.pi]}, "spindle 180°"),
+        ({"tips": ["down", "front"]}, "2 tips"),
+    ],
+)
+def test_touches_of_several_states_are_refused(stated: dict[str, list[float]], reason: str) -> None:
+    """Each direction has one pretravel."""
+    touches = _ring_and_block(0.0)
+    several = {name: np.resize(values, len(touches)) for name, values in stated.items()}
+    several = {name: tuple(v) if name == "tips" else v for name, v in several.items()}
+    references = [Reference("r40", "ring", (40.0,)), Reference("block", "block", (60.0,))]
+    with pytest.raises(PretravelError, match=reason):
+        fit_references(replace(touches, **several), references, tip_diameter=6.0)  # type: ignore[arg-type]
+
+
 def test_a_ring_alone_gives_no_scale() -> None:
     touches = _ring_and_block(0.0)
     inside = touches.take([name == "r40" for name in touches.references or ()])
