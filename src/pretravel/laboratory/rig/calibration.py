@@ -452,7 +452,14 @@ def _touches_by_direction(touches: Sequence[RigTouch]) -> dict[str, list[RigTouc
                 f"{name}: the polar angle is {math.degrees(polar):g}°; it must lie between 0 (the "
                 "rod pushes the tip along the probe's axis, to the spindle) and 180°"
             )
-        place = (round(azimuth, 9), round(polar, 9))
+        if abs(azimuth) > 2.0 * math.pi:
+            raise PretravelError(
+                f"{name}: the azimuth is {math.degrees(azimuth):g}°; it is at most 360°. A name "
+                "ends with direction and repeat, such as rig_030_1"
+            )
+        at_pole = math.sin(polar) < 1e-9  # all azimuths are one direction there
+        around = 0.0 if at_pole else round(math.degrees(azimuth) % 360.0, 6) % 360.0
+        place = (around, round(polar, 9))
         if name_of.setdefault(place, name) != name and math.isfinite(azimuth):
             raise PretravelError(
                 f"{name_of[place]} and {name} are the same direction under two names: give the "
