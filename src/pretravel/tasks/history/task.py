@@ -218,6 +218,7 @@ class History(
         made, name = old_map, "" if self.map_file is None else self.map_file.name
         if made is not None:
             refuse_unverifiable(made)
+            _refuse_other_reference(made, reference)
         days: list[DayFile] = []
         unusable: list[tuple[DatedFile, str]] = []
         seen: dict[str, str] = {}
@@ -310,6 +311,27 @@ class TouchHistory(Result):
         from pretravel.tasks.history.drift_report import day_columns
 
         write_csv_table(path, day_columns(self.found))
+
+
+def _refuse_other_reference(made: PretravelMap, reference: QualificationSetup) -> None:
+    """Refuse a map from another reference: the errors of both diameters would look like a change.
+
+    Raises
+    ------
+    PretravelError
+    """
+    setup = made.provenance.setup
+    u = 0.0 if setup is None else setup.u_between(reference)
+    if setup is None or u == 0.0:
+        return
+    raise PretravelError(
+        f"the touches are on a {reference.reference} of {reference.diameter:.6g} mm, the map was "
+        f"made on a {setup.reference} of {setup.diameter:.6g} mm: the errors of both diameters (u "
+        f"= {u / MICROMETRE:.2g} µm in pretravel) would look like a change since the first day. If "
+        f"it is one {setup.reference}, give the diameter of the map; if not, leave the map out: "
+        "the days are then compared with the first one",
+        inputs=("diameter", "map_file"),
+    )
 
 
 def _allowed(pretravel_map: PretravelMap) -> float:
