@@ -26,7 +26,7 @@ from pretravel.measurement.comparison import (
     compare_corrections,
 )
 from pretravel.uncertainty.covariance import Covariance
-from tests.support.commands import rows, run
+from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import example_map, lobes
 from tests.support.examples import EXAMPLES
 from tests.support.pictures import coloured_share
@@ -170,6 +170,14 @@ class TestComparison:
         assert re.search(r"^map \(twice the largest u, rms of u\) *$", told, re.MULTILINE)
         write_map(tmp_path / "known.json", example_map())
         known = run("compare", tmp_path / "known.json")
+        # A mean that is not known, and odd lobes that means have not, are in no error and no file.
+        wide = replace(example_map(), u_tip_radius=0.025)
+        wide = replace(wide, provenance=replace(wide.provenance, orientation="reversal"))
+        write_map(tmp_path / "wide.json", wide)
+        for command in (("compare",), ("export", "--to", "csv", "-o", tmp_path / "e.csv")):
+            warned = both_outputs(*command, tmp_path / "wide.json")[1]
+            assert "u = 25 µm" in warned
+            assert "odd lobes" in warned
         numbers = r"\) +[1-9]\.\d\d +0\.[1-9]\d"
         assert re.search(r"^map \(twice the largest u, rms of u" + numbers, known, re.MULTILINE)
         assert "one radius, mean around the equator" in told

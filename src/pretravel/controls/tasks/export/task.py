@@ -353,6 +353,7 @@ class Export(Task):
         """
         from pretravel.controls.control import ExportedFiles
         from pretravel.controls.exports import CONTROLS, table_travel
+        from pretravel.controls.map_identity import unknown_size
         from pretravel.files import csv_table_text
         from pretravel.maps import effective_radius_table, is_reversal
 
@@ -364,6 +365,7 @@ class Export(Task):
             remark = "radii in the directions in which the map holds"
             files = ExportedFiles({"": csv_table_text(table)}, remarks=(remark,))
         cautions = [] if pretravel_map.machine is None else [_WITHOUT_MACHINE]
+        cautions += filter(None, [unknown_size(pretravel_map)])
         if is_reversal(pretravel_map.provenance.orientation):
             cautions.append(_OF_MEANS)
         return ExportedMap(self, files, _statement(self, files), (*files.warnings, *cautions))
