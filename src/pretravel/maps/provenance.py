@@ -155,19 +155,6 @@ class QualificationSetup:
         calibrated = USUAL_U_DIAMETER if self.u_diameter is None else self.u_diameter
         return math.hypot(calibrated, STEEL_EXPANSION * self.diameter * self.u_temperature)
 
-    def u_between(self, other: QualificationSetup) -> float:
-        """Standard uncertainty of pretravel on this reference less that on another. [mm]
-
-        Zero on references of one diameter, which are one: its error is in both.
-
-        >>> one, other = QualificationSetup(25.0), QualificationSetup(20.0, u_diameter=0.05)
-        >>> one.u_between(one), round(one.u_between(other), 3)
-        (0.0, 0.025)
-        """
-        if (self.diameter, self.ring) == (other.diameter, other.ring):
-            return 0.0
-        return 0.5 * math.hypot(self.u_reference_diameter, other.u_reference_diameter)
-
     @property
     def reference(self) -> str:
         """``sphere`` or ``ring``."""

@@ -55,5 +55,6 @@ from .time_series import TimeSeries as TimeSeries
 from .touch_plan import TouchPlan as TouchPlan
 from .touch_plan import plan_touches as plan_touches
 from .verification import Verification as Verification
+from .verification import other_reference as other_reference
 from .verification import refuse_unverifiable as refuse_unverifiable
 from .verification import verify as verify

@@ -379,13 +379,13 @@ def other_reference(
     Returns
     -------
     u : float
-        Zero on the reference of the map. [mm]
+        In pretravel; zero on references of one diameter, which are one: its error is in both. [mm]
     said : list of str
     """
     made = pretravel_map.provenance.setup
-    u = 0.0 if made is None else setup.u_between(made)
-    if made is None or u == 0.0:
+    if made is None or (made.diameter, made.ring) == (setup.diameter, setup.ring):
         return 0.0, []
+    u = 0.5 * math.hypot(made.u_reference_diameter, setup.u_reference_diameter)
     said = (
         f"these touches are on a {setup.reference} of {setup.diameter:.6g} mm, the map was made on "
         f"a {made.reference} of {made.diameter:.6g} mm: u of the size contains both diameters, "

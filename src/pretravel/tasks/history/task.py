@@ -320,18 +320,15 @@ def _refuse_other_reference(made: PretravelMap, reference: QualificationSetup) -
     ------
     PretravelError
     """
-    setup = made.provenance.setup
-    u = 0.0 if setup is None else setup.u_between(reference)
-    if setup is None or u == 0.0:
-        return
-    raise PretravelError(
-        f"the touches are on a {reference.reference} of {reference.diameter:.6g} mm, the map was "
-        f"made on a {setup.reference} of {setup.diameter:.6g} mm: the errors of both diameters (u "
-        f"= {u / MICROMETRE:.2g} µm in pretravel) would look like a change since the first day. If "
-        f"it is one {setup.reference}, give the diameter of the map; if not, leave the map out: "
-        "the days are then compared with the first one",
-        inputs=("diameter", "map_file"),
-    )
+    from pretravel.qualification import other_reference
+
+    for said in other_reference(reference, made)[1]:
+        raise PretravelError(
+            f"{said}; here they would look like a change since the first day. If it is one "
+            "reference, give the diameter of the map; if not, leave the map out: the days are then "
+            "compared with the first one",
+            inputs=("diameter", "map_file"),
+        )
 
 
 def _allowed(pretravel_map: PretravelMap) -> float:
