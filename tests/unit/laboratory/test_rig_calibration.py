@@ -280,6 +280,10 @@ class TestRefusals:
             calibrate_rig(_made({name: [3.0] for name in names}))
         assert len(calibrate_rig(_made({"left": [3.0], "right": [3.1]})).directions) == 2
 
+    def test_a_trace_twice(self) -> None:
+        with pytest.raises(PretravelError, match="p_000_1 is given twice"):
+            calibrate_rig(2 * _made({"p_000": [3.0]}))
+
     def test_excluded_traces_that_are_not_there(self) -> None:
         names = {f"p_{k:03d}": [3.0] for k in range(0, 130, 10)}
         with pytest.raises(PretravelError, match=r"no trace 'x' .* are p_000_1, .*, p_110_1, …$"):

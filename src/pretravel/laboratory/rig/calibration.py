@@ -298,8 +298,8 @@ def calibrate_rig(
     Raises
     ------
     PretravelError
-        No touch with a pretravel, an implausible pretravel, one azimuth under two names, an
-        excluded trace that is not there.
+        No touch with a pretravel, an implausible pretravel, one azimuth under two names, a trace
+        that is given twice, an excluded one that is not there.
 
     Notes
     -----
@@ -319,6 +319,12 @@ def calibrate_rig(
         raise PretravelError(
             f"the probability is {probability:g}; it must lie between 0 and 1",
             inputs=("probability",),
+        )
+    names = [touch.trace for touch in touches]
+    double = [name for name in names if names.count(name) > 1]
+    if double:
+        raise PretravelError(
+            f"the trace {double[0]} is given twice: each trace is one touch, and has its own name"
         )
     excluded = _excluded_traces(touches, exclude)
     evaluated = _plausible_touches([t for t in touches if t.trace not in excluded])
