@@ -201,6 +201,8 @@ def test_several_answers_are_listed_and_nothing_is_written(
         ({"shift_mm": [1, 2]}, "the key shift_mm has the shape"),
         ({"shift_mm": ["a", 2, 3]}, "something that is no number"),
         ({"covariance": None}, "the key covariance"),
+        ({"shift_mm": [212.0, -48.0, -209.0]}, "one of them was changed"),
+        ({"covarance": []}, "a placement has no key 'covarance'"),
     ],
 )
 def test_a_damaged_placement_is_refused(
