@@ -29,7 +29,7 @@ _SIZES: dict[str, tuple[int | None, ...]] = {
 }  # fmt: skip
 
 _WORDS = ("schema", "version", "part", "touches", "place", "undetermined_in_words")
-_SAME_SHIFT, _SAME_ROTATION = 1e-5, 1e-7
+_SAME_SHIFT, _SAME_ROTATION = 1e-4, 1e-6
 """Beyond the digits in which a place is written. [mm, rad]"""
 
 
