@@ -55,6 +55,8 @@ _ROUNDS_OF_NOISE = 2
 _NO_WEIGHT = 1e-4
 _NO_DOUBT = 0.02
 """Probability that there are no errors of a screw, from which nothing is said of them."""
+_AGAINST = 4.0
+"""Standard uncertainties by which a term contradicts what was stated of it."""
 _OUTLYING = 4.0
 """Residuals that are larger, in the noise, are named."""
 _ELSEWHERE = 2.0
@@ -200,6 +202,37 @@ def fit_references(
     model = ReferenceModel(touches, references, tip_diameter, priors)
     unknowns = _solved(model)
     return _judged(model, unknowns)
+
+
+def contradicted_priors(free: ReferenceFit, deviations: FloatArray) -> list[str]:
+    """A warning where touches contradict what is stated of the machine.
+
+    Parameters
+    ----------
+    free : ReferenceFit
+        Of the touches, where nothing is stated.
+    deviations : (9,) float
+        Stated standard uncertainties of `TERMS`.
+
+    Returns
+    -------
+    list of str
+    """
+    by_name = {term.name: term for term in free.terms if term.determined}
+    against = [
+        name
+        for name, stated in zip(TERMS, deviations.tolist(), strict=True)
+        if name in by_name
+        and abs(by_name[name].value) > _AGAINST * math.hypot(by_name[name].u, stated)
+    ]
+    if not against:
+        return []
+    said = (
+        "the touches contradict what is given of the machine. Without it these differ from zero by "
+        f"more than both uncertainties explain: {', '.join(against)}. Their errors are now in the "
+        "pretravel, and U does not contain them"
+    )
+    return [said]
 
 
 def _refuse_several_states(touches: Touches) -> None:
