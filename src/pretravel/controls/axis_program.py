@@ -18,6 +18,8 @@ from pretravel.touches import Targets
 
 _FINE = 1.0 * DEGREE
 """Step at which the height of the sphere is looked at while the axis turns."""
+_FARTHEST_APART = 5.0
+"""Distance of two centres from which they show an axis to some micrometres. [mm]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +92,8 @@ def plan_axis_program(
     Raises
     ------
     PretravelError
-        Angles that do not determine an axis or occur twice; a sphere that comes up to the tip at
-        the safe height; as `plan_program`.
+        Angles that do not determine an axis or occur twice; a sphere that hardly moves, or comes
+        up to the tip at the safe height; as `plan_program`.
 
     >>> on_table = SphereObstacle(np.array([40.0, 0.0, 0.0]), 12.5)
     >>> sphere = TurnedSphere("C", np.zeros(3), -1, on_table)
@@ -106,6 +108,7 @@ def plan_axis_program(
     if len(np.unique(turns)) < len(turns):
         raise PretravelError("an angle of the axis occurs twice", inputs=("angles",))
     _check_swing(sphere, turns, machine)
+    _check_ways(sphere, turns, machine)
     parts = [
         plan_program(
             Targets(
@@ -140,6 +143,19 @@ def _check_swing(sphere: TurnedSphere, turns: FloatArray, machine: Machine) -> N
             f"safe_height_mm = {machine.safe_height:g}: while {sphere.letter} turns, the sphere "
             f"comes up to the tip at {worst:.0f} degrees; the tip's centre must be at {need:.3f} "
             "mm at least (work coordinates)"
+        )
+
+
+def _check_ways(sphere: TurnedSphere, turns: FloatArray, machine: Machine) -> None:
+    """Refuse angles between which the sphere hardly moves: its centres would show no axis."""
+    centers = sphere.centers(turns - turns[0], machine)
+    apart = np.linalg.norm(centers[:, None] - centers[None], axis=2)
+    if float(apart.max()) < _FARTHEST_APART:
+        raise PretravelError(
+            f"between these angles the sphere moves by {float(apart.max()):.2g} mm: that shows no "
+            "axis. Put the sphere far from the axis, and turn all around or as far as it reaches "
+            "(angles in degrees)",
+            inputs=("center", "about", "angles"),
         )
 
 

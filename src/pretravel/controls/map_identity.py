@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import FloatArray, PretravelError
+from pretravel.base import MICROMETRE, FloatArray, PretravelError
 from pretravel.maps import PretravelMap, refuse_turned_map, same_tip
 
 _NUMBERS = 900_000_000
 _FIRST = 100_000_000
 """Nine digits: controls keep such integers exactly."""
 _SAME_FEED = 0.02
+_KNOWN_SIZE = 5.0 * MICROMETRE
+"""Largest standard uncertainty of a tip's radius by a calibrated reference. [mm]"""
 """Part of a feed within which it is the same."""
 
 
@@ -87,6 +89,23 @@ def map_identity(pretravel_map: PretravelMap) -> MapIdentity:
     )
 
 
+def unknown_size(pretravel_map: PretravelMap) -> str:
+    """A sentence about a map whose mean is hardly known, from a reference of unknown size; empty
+    for others.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    """
+    u = pretravel_map.u_tip_radius
+    if u <= _KNOWN_SIZE:
+        return ""
+    return (
+        f"the size of the reference of this map was hardly known: all its radii are wrong by one "
+        f"number, u = {u / MICROMETRE:.2g} µm"
+    )
+
+
 def check_map_of_program(
     pretravel_map: PretravelMap,
     tip_radius: float,
@@ -125,5 +144,4 @@ def check_map_of_program(
                 "delay is known",
                 inputs=("compensated",),
             )
-    if spindle_deg is not None:
-        refuse_turned_map(pretravel_map, spindle_deg)
+    refuse_turned_map(pretravel_map, spindle_deg)

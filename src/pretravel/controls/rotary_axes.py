@@ -15,6 +15,10 @@ AXIS_LETTERS: Mapping[str, int] = {"A": 0, "B": 1, "C": 2}
 FEWEST_ANGLES = 3
 _FARTHEST = 0.2
 """Largest slope of a rotary axis against its axis of the machine: 11 degrees."""
+_OFF_CIRCLE = 0.01
+"""Of the radius of the circle, from which angles are wrong: half a degree."""
+_OFF = 0.1
+"""Distance from the circle that no axis and no noise has. [mm]"""
 _STEPS = 60
 _SAME_SENSE = 4.0
 """By so many times the sum of squares must the other sense of rotation be worse."""
@@ -46,6 +50,8 @@ class RotaryAxis:
         Of the sphere at each angle. [mm]
     residuals : (k, 3) float
         Of the centres from their circle. [mm]
+    radius : float
+        Of the spheres. [mm]
     noise : float
         Standard deviation of a touch from its sphere. [mm]
     wander : float
@@ -62,6 +68,7 @@ class RotaryAxis:
     angles: FloatArray
     centers: FloatArray
     residuals: FloatArray
+    radius: float
     noise: float
     wander: float
 
@@ -77,6 +84,12 @@ class RotaryAxis:
         across = list(self.across)
         slopes = self.direction[across] / self.direction[AXIS_LETTERS[self.letter]]
         return np.concatenate([self.point[across], slopes])
+
+    @property
+    def distance(self) -> float:
+        """Of the spheres' centres from the axis. [mm]"""
+        across = np.cross(self.centers - self.point, self.direction)
+        return float(np.mean(np.linalg.norm(across, axis=1)))
 
     @property
     def factors(self) -> FloatArray:
@@ -140,7 +153,7 @@ def rotary_axis(
             inputs=("angles",),
         )
     check_axis_angles(turns)
-    centers, weights, noise, dof = _centres(points)
+    centers, radius, weights, noise, dof = _centres(points)
     along = noise**2 * weights @ weights.T
     model, first = _model(centers, turns, AXIS_LETTERS[letter])
     jacobian = model.slopes(first)
@@ -163,6 +176,7 @@ def rotary_axis(
         angles=frozen(turns),
         centers=frozen(centers),
         residuals=frozen(centers - model.centers(values)),
+        radius=radius,
         noise=noise,
         wander=wander,
     )
@@ -198,10 +212,10 @@ def check_axis_angles(turns: FloatArray) -> None:
         )
 
 
-def _centres(points: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray, float, int]:
-    """Centres of spheres with one radius; how each touch moves them; noise and its dof.
+def _centres(points: Sequence[FloatArray]) -> tuple[FloatArray, float, FloatArray, float, int]:
+    """Centres of spheres with one radius; this; how each touch moves them; noise and its dof.
 
-    The second is (3 k, n): the change of the centres by a change of each point along its normal.
+    The third is (3 k, n): the change of the centres by a change of each point along its normal.
     """
     fits = [fit_sphere(own) for own in points]
     count = len(fits)
@@ -224,7 +238,8 @@ def _centres(points: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray, floa
             break
     dof = len(every) - jacobian.shape[1]
     noise = float(np.sqrt(np.sum((distances - jacobian @ step) ** 2) / dof))
-    return frozen(values[:-1].reshape(-1, 3)), frozen(np.linalg.pinv(jacobian)[:-1]), noise, dof
+    centers, moved_by = values[:-1].reshape(-1, 3), np.linalg.pinv(jacobian)[:-1]
+    return frozen(centers), float(values[-1]), frozen(moved_by), noise, dof
 
 
 @dataclass(frozen=True)
@@ -282,6 +297,14 @@ def _model(centers: FloatArray, turns: FloatArray, axis: int) -> tuple[_Model, F
     fits.sort(key=lambda found: found[0])
     (best, values, model), (worse, _, _) = fits
     size = float(np.sum((centers - centers.mean(axis=0)) ** 2))
+    off_circle = float(np.sqrt(best / len(turns)))
+    if best > _OFF_CIRCLE**2 * size and off_circle > _OFF:
+        raise PretravelError(
+            f"the centres of the sphere lie {off_circle:.2g} mm (rms) off a circle on which they "
+            "would be at these angles: are letter, angles and their order those of these touches, "
+            "and was the sphere not moved?",
+            inputs=("letter", "angles"),
+        )
     if worse < _SAME_SENSE * best or worse < 1e-9 * size:
         raise PretravelError(
             "these angles do not show in which sense the sphere turns: add one that is not a "

@@ -15,6 +15,7 @@ from pretravel.base import (
     PlacementErrors,
     PretravelError,
     frozen,
+    parse_placement,
     parsed_json,
     write_text,
 )
@@ -26,6 +27,10 @@ _SIZES: dict[str, tuple[int | None, ...]] = {
     "rotation": (3, 3), "shift_mm": (3,), "about_mm": (3,), "covariance": (6, 6),
     "undetermined": (6, None),
 }  # fmt: skip
+
+_WORDS = ("schema", "version", "part", "touches", "place", "undetermined_in_words")
+_SAME_SHIFT, _SAME_ROTATION = 1e-4, 1e-6
+"""Beyond the digits in which a place is written. [mm, rad]"""
 
 
 def write_placement(
@@ -84,7 +89,8 @@ def read_placement(source: Source) -> Placement:
     Raises
     ------
     InputError
-        It is not a placement, or one of another version; a value is missing or is not a number.
+        It is not a placement, or one of another version; a value is missing or is not a number; two
+        values contradict each other.
     """
     file = opened(source)
     try:
@@ -99,20 +105,41 @@ def read_placement(source: Source) -> Placement:
         )
     if content.get("version") != _VERSION:
         raise file.error(f"the version is {content.get('version')!r:.40}; {_VERSION} is read")
+    unknown = [name for name in content if name not in (*_SIZES, *_WORDS)]
+    if unknown:
+        raise file.error(f"a placement has no key {unknown[0]!r:.40}: it would not be used")
     values = {name: _numbers(file, content, name) for name in _SIZES if name in content}
     for name in ("rotation", "shift_mm"):
         if name not in values:
             raise file.error(f"the key {name} is missing")
     with file.named_in_errors():
         errors = None
-        if "covariance" in values:
-            missing = [name for name in ("about_mm", "undetermined") if name not in values]
+        if {"covariance", "about_mm", "undetermined"} & set(values):
+            missing = [
+                name for name in ("covariance", "about_mm", "undetermined") if name not in values
+            ]
             if missing:
                 raise PretravelError(f"the key {missing[0]} is missing")
             errors = PlacementErrors(
                 values["covariance"], values["about_mm"], values["undetermined"]
             )
-        return Placement(values["rotation"], values["shift_mm"], errors)
+        found = Placement(values["rotation"], values["shift_mm"], errors)
+        _refuse_contradiction(content.get("place"), found)
+        return found
+
+
+def _refuse_contradiction(place: object, found: Placement) -> None:
+    """Refuse a placement in words that is not that of the numbers: one of them was edited."""
+    if place is None:
+        return
+    stated = parse_placement(str(place))
+    off = np.abs(stated.shift - found.shift).max(), np.abs(stated.rotation - found.rotation).max()
+    if off[0] > _SAME_SHIFT or off[1] > _SAME_ROTATION:
+        raise PretravelError(
+            f"place is {place!s:.80}, and rotation and shift_mm are {found.typed()}: one of them "
+            "was changed. Give the placement itself instead of the file, or align again",
+            inputs=("place", "start"),
+        )
 
 
 def _numbers(file: SourceFile, content: dict[str, Any], name: str) -> FloatArray:

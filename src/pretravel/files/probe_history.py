@@ -256,7 +256,8 @@ def read_history(path: str | Path) -> list[Entry]:
     Raises
     ------
     InputError
-        There is no such file, it is of another kind, or it is empty.
+        There is no such file, it is of another kind, or it is empty; a verification is in it
+        twice.
     """
     if not Path(path).is_file():
         raise InputError(
@@ -284,6 +285,14 @@ def _entries(file: SourceFile) -> list[Entry]:
             f"{LARGEST_HISTORY / 1e6:.0f}"
         )
     lines = _without_rest(file.content).split(b"\n")
+    first: dict[bytes, int] = {}
+    for number, line in enumerate(lines, 1):
+        if line.strip() and first.setdefault(line.strip(), number) != number:
+            raise file.error(
+                f"this line is line {first[line.strip()]} once more: one verification would count "
+                "twice. Remove it",
+                number,
+            )
     return [_entry(file, number, line) for number, line in enumerate(lines, 1) if line.strip()]
 
 

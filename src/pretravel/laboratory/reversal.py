@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pretravel.base import DEGREE, FloatArray, IntArray, PretravelError, azimuth_angle, frozen
+from pretravel.maps import REVERSAL
 from pretravel.touches import Touches
 
 ORDERS = (1, 3, 5)
@@ -122,6 +123,9 @@ def reversed_touches(touches: Touches) -> ReversedPairs:
         spindle=None,
         feeds=None if one.feeds is None or other.feeds is None else 0.5 * (one.feeds + other.feeds),
         lines=None,
+        orientations=tuple(
+            f"{own} {REVERSAL}".strip() for own in one.orientations or [""] * len(one)
+        ),
         source=f"{touches.source or 'touches'}, means of both orientations",
     )
     return _with_lobes(means, np.asarray(half))

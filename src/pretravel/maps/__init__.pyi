@@ -63,7 +63,9 @@ from .sector_tables import touched_sectors as touched_sectors
 from .spherical_harmonics import checked_terms as checked_terms
 from .spherical_harmonics import degrees_and_orders as degrees_and_orders
 from .spherical_harmonics import real_spherical_harmonics as real_spherical_harmonics
+from .spindle_orientation import REVERSAL as REVERSAL
 from .spindle_orientation import error_of_a_turn as error_of_a_turn
+from .spindle_orientation import is_reversal as is_reversal
 from .spindle_orientation import one_word as one_word
 from .spindle_orientation import orientation_note as orientation_note
 from .spindle_orientation import orientation_of as orientation_of

@@ -59,9 +59,10 @@ _ANGLES = re.compile(r"-?\d+(?:\.\d+)?")
 
 def _head(tip: str, orientation: str) -> tuple[float, ...] | str:
     """Angles of the head, or its orientation by name; empty where neither is stated."""
-    found = _HEAD.search(orientation or tip)
-    angles = found.groups() if found else _ANGLES.findall(orientation)
-    return tuple(map(float, angles)) or orientation.strip().casefold()
+    own = orientation[: -len(REVERSAL)].strip() if is_reversal(orientation) else orientation
+    found = _HEAD.search(own or tip)
+    angles = found.groups() if found else _ANGLES.findall(own)
+    return tuple(map(float, angles)) or own.strip().casefold()
 
 
 def tip_note(touches: Touches, pretravel_map: PretravelMap) -> str:
@@ -96,14 +97,51 @@ def _head_note(touches: Touches, pretravel_map: PretravelMap) -> str:
     )
 
 
+REVERSAL = "reversal"
+"""Orientation of means of touches at 0° and 180° of the spindle, which have no odd lobes."""
+
+
+def is_reversal(orientation: str) -> bool:
+    """Whether an orientation is that of means at two orientations of the spindle.
+
+    >>> is_reversal("A90B0 reversal"), is_reversal("A90B0")
+    (True, False)
+    """
+    return orientation.casefold().endswith(REVERSAL)
+
+
+def _refuse_reversal(touches: Touches, pretravel_map: PretravelMap) -> None:
+    """Refuse means with a map of single touches, which has odd lobes, and the other way round."""
+    mine = is_reversal(one_word(touches, "orientation"))
+    if mine == is_reversal(pretravel_map.provenance.orientation):
+        return
+    odd = "from means at two orientations of the spindle (pretravel reversal), without odd lobes"
+    if not mine:
+        raise PretravelError(
+            f"the map is {odd}, the touches are single ones, which have them: use means of "
+            "touches, or qualify from touches at one orientation. Means say so in a column "
+            f"orientation ({REVERSAL})",
+            inputs=("map_file",),
+        )
+    size = error_of_a_turn(pretravel_map)
+    if size > 0.0:
+        raise PretravelError(
+            f"the touches are {odd}, the map has them, up to {0.5 * size * 1e3:.1f} µm: qualify "
+            "from means, too",
+            inputs=("map_file",),
+        )
+
+
 def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> None:
     """Refuse touches at another orientation of spindle or head than that of the map.
 
     Raises
     ------
     PretravelError
-        Both are stated, and differ; or the touches are of several and the map states none.
+        Both are stated, and differ; or the touches are of several and the map states none; one
+        of them alone is of means at two orientations.
     """
+    _refuse_reversal(touches, pretravel_map)
     made = pretravel_map.provenance
     head = _head(made.tip, made.orientation)
     mine = _head(one_word(touches, "tip"), one_word(touches, "orientation"))
@@ -143,23 +181,30 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
         )
 
 
-def refuse_turned_map(pretravel_map: PretravelMap, spindle_deg: float) -> None:
+def refuse_turned_map(pretravel_map: PretravelMap, spindle_deg: float | None) -> None:
     """Refuse a map for touches that will be made at another orientation of the spindle.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
-    spindle_deg : float
-        [°]
+    spindle_deg : float or None
+        None: it is not turned. [°]
 
     Raises
     ------
     PretravelError
-        The map states another one.
+        The map states another one, or is of means at two.
     """
     made_at = pretravel_map.provenance.spindle_deg
+    if is_reversal(pretravel_map.provenance.orientation):
+        raise PretravelError(
+            "the map is from means at two orientations of the spindle (pretravel reversal), "
+            "without odd lobes: touches at one orientation have them. Qualify from touches at one",
+            inputs=("compensated",),
+        )
     if (
         made_at is not None
+        and spindle_deg is not None
         and abs(float(_turn(np.asarray(spindle_deg - made_at)))) > SAME_ORIENTATION
     ):
         raise PretravelError(
@@ -217,7 +262,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
     """
     made_at = pretravel_map.provenance.spindle_deg
     size = error_of_a_turn(pretravel_map)
-    if (stated and made_at is not None) or size == 0.0:
+    both = is_reversal(pretravel_map.provenance.orientation)
+    if (stated and made_at is not None) or both or size == 0.0:
         return ""
     if made_at is None and not stated:
         return (

@@ -306,6 +306,8 @@ def embed(
     ------
     ExtrapolationError
         Normals that the map does not support.
+    PretravelError
+        Positions, normals and approaches of different numbers.
 
     >>> from pretravel.maps.support import DirectionSupport
     >>> from pretravel.maps.kinds.mean import MeanBasis
@@ -319,10 +321,15 @@ def embed(
     pretravel_map = as_map(pretravel_map)
     n = checked_unit(normals, "normals")
     a = -n if approaches is None else checked_unit(approaches, "approaches")
+    points = as_numbers(positions, "positions")
+    if not points.shape == n.shape == a.shape:
+        raise PretravelError(
+            f"positions, normals and approaches have the shapes {points.shape}, {n.shape} and "
+            f"{a.shape}: expected (n, 3) each, a row for a point"
+        )
     refuse_glancing(a, n, lambda row: f"point {row + 1}")
     closing = -np.sum(a * n, axis=1)
     travel = pretravel_map.pretravel(n, extrapolate=extrapolate) / closing
-    points = as_numbers(positions, "positions")
     touches = Touches(
         positions=points + travel[:, None] * a + pretravel_map.tip_radius * n,
         normals=n,

@@ -189,6 +189,24 @@ class TouchSummary:
     by_friction: float = 0.0
 
     @staticmethod
+    def of_conditions(touches: Touches, pretravel_map: PretravelMap) -> TouchSummary:
+        """Of what touches state of themselves alone: feed, spindle, tip; see `conditions`.
+
+        Parameters
+        ----------
+        touches : Touches
+        pretravel_map : PretravelMap
+        """
+        feeds = touches.feeds
+        return TouchSummary(
+            len(touches),
+            1.0,
+            None if feeds is None else (float(feeds.min()), float(feeds.max())),
+            states_spindle=touches.spindle is not None,
+            other_tip=tip_note(touches, pretravel_map),
+        )
+
+    @staticmethod
     def of(touches: Touches, points: Points, pretravel_map: PretravelMap) -> TouchSummary:
         """Of touches and their points.
 
@@ -199,19 +217,18 @@ class TouchSummary:
         pretravel_map : PretravelMap
             As seen from the part.
         """
-        feeds, deviation = touches.feeds, points.deviation
+        deviation = points.deviation
         alone = pretravel_map.repeatability**2 + pretravel_map.fixed_scatter**2
         inside = pretravel_map.support.supports(pretravel_map.probe_directions(points.normals))
-        return TouchSummary(
-            len(touches),
-            float(touches.closing().min()),
-            None if feeds is None else (float(feeds.min()), float(feeds.max())),
-            None if deviation is None else float(np.median(deviation)),
-            int(np.sum(~inside)),
-            None
+        return replace(
+            TouchSummary.of_conditions(touches, pretravel_map),
+            least_closing=float(touches.closing().min()),
+            middle=None if deviation is None else float(np.median(deviation)),
+            outside=int(np.sum(~inside)),
+            movement=None
             if deviation is None
             else MovementSums.of(points.positions, points.normals, deviation),
-            ()
+            gross=()
             if deviation is None
             else gross_points(
                 points.positions,
@@ -220,14 +237,12 @@ class TouchSummary:
                 points.standard_uncertainty,
                 touches.where,
             ),
-            touches.spindle is not None,
-            tip_note(touches, pretravel_map),
-            (points.scatter or ScatterOnPart()).with_faces(
+            scatter=(points.scatter or ScatterOnPart()).with_faces(
                 points.positions,
                 points.normals,
                 alone * touches.closing(points.normals) ** 2,
             ),
-            _beyond_u_by_friction(touches, points, pretravel_map),
+            by_friction=_beyond_u_by_friction(touches, points, pretravel_map),
         )
 
     def joined(self, other: TouchSummary) -> TouchSummary:
@@ -285,6 +300,34 @@ class TouchSummary:
                 "radius (and a given repeatability), not the difference between the described "
                 "probe and yours"
             )
+        warnings += self.conditions(pretravel_map)
+        obliqueness = math.acos(min(self.least_closing, 1.0))
+        measured = pretravel_map.repeatability > 0.0 and pretravel_map.delay is None
+        if measured and obliqueness > OBLIQUE:
+            warnings.append(
+                f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
+                "signal delay adds its travel along the approach, but a qualified map contains it "
+                "as pretravel; at 45° and 12 µm of delay travel the error is 3.5 µm. Probe along "
+                "the normal, or qualify at two feeds, which separates the delay"
+            )
+        if self.middle is not None and abs(self.middle) > 0.2 * pretravel_map.tip_radius:
+            warnings.append(
+                f"deviations are about {self.middle:+.3f} mm, of the size of the tip radius "
+                f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
+                "mm, do the normals point out of the part, is the nominal where the part is?"
+            )
+        elsewhere = "" if self.movement is None else self.movement.sentence()
+        stated = (elsewhere, gross_points_sentence(self.gross))
+        return [*warnings, *self.scatter.sentences(), *(said for said in stated if said)]
+
+    def conditions(self, pretravel_map: PretravelMap) -> list[str]:
+        """What touches and map state of feed and tip where it differs, as sentences.
+
+        Parameters
+        ----------
+        pretravel_map : PretravelMap
+        """
+        warnings = []
         made_at = pretravel_map.feed if pretravel_map.delay is None else None
         if made_at is not None and self.feeds is not None:
             slowest, fastest = self.feeds
@@ -303,24 +346,7 @@ class TouchSummary:
                 f"the touches were made at {self.feeds[1]:g} mm/min, and a predicted map "
                 "contains no signal delay: feed × delay is still in the deviations"
             )
-        obliqueness = math.acos(min(self.least_closing, 1.0))
-        measured = pretravel_map.repeatability > 0.0 and pretravel_map.delay is None
-        if measured and obliqueness > OBLIQUE:
-            warnings.append(
-                f"approaches are up to {obliqueness / DEGREE:.0f}° off the normal: a "
-                "signal delay adds its travel along the approach, but a qualified map contains it "
-                "as pretravel; at 45° and 12 µm of delay travel the error is 3.5 µm. Probe along "
-                "the normal, or qualify at two feeds, which separates the delay"
-            )
-        if self.middle is not None and abs(self.middle) > 0.2 * pretravel_map.tip_radius:
-            warnings.append(
-                f"deviations are about {self.middle:+.3f} mm, of the size of the tip radius "
-                f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
-                "mm, do the normals point out of the part, is the nominal where the part is?"
-            )
-        elsewhere = "" if self.movement is None else self.movement.sentence()
-        stated = (self.other_tip, elsewhere, gross_points_sentence(self.gross))
-        return [*warnings, *self.scatter.sentences(), *(said for said in stated if said)]
+        return [*warnings, *filter(None, [self.other_tip])]
 
     def notes(self, pretravel_map: PretravelMap) -> list[str]:
         """What holds where nobody states feed or orientation, for the report.

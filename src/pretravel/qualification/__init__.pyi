@@ -30,6 +30,7 @@ from .qualifying import qualify as qualify
 from .qualifying import qualify_like as qualify_like
 from .reference_fit import ReferenceFit as ReferenceFit
 from .reference_fit import Term as Term
+from .reference_fit import contradicted_priors as contradicted_priors
 from .reference_fit import fit_references as fit_references
 from .references import Reference as Reference
 from .round_references import U_UNKNOWN_SIZE as U_UNKNOWN_SIZE
@@ -55,5 +56,6 @@ from .time_series import TimeSeries as TimeSeries
 from .touch_plan import TouchPlan as TouchPlan
 from .touch_plan import plan_touches as plan_touches
 from .verification import Verification as Verification
+from .verification import other_reference as other_reference
 from .verification import refuse_unverifiable as refuse_unverifiable
 from .verification import verify as verify

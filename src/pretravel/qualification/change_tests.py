@@ -156,7 +156,7 @@ class ChangeTests:
 
 
 def touches_and_map(
-    observation: Observation, pretravel_map: PretravelMap, step: float
+    observation: Observation, pretravel_map: PretravelMap, step: float, u_size: float = 0.0
 ) -> TouchesAndMap:
     """Compare the mean touches of each direction with a map.
 
@@ -166,6 +166,8 @@ def touches_and_map(
     pretravel_map : PretravelMap
     step : float
         Of the positions; zero where they have none. [mm]
+    u_size : float
+        Standard uncertainty of all differences together: of the radii of two references. [mm]
 
     Returns
     -------
@@ -206,7 +208,7 @@ def touches_and_map(
     design = np.column_stack([center, np.ones(len(value)), value - float(np.mean(value)), slope])
     fixed = max(noise.fixed_variance, pretravel_map.fixed_scatter**2)
     of_means = noise.variances / noise.counts + fixed
-    uncertain = _covariance_of_map(pretravel_map, machine, noise, of_map, step)
+    uncertain = _covariance_of_map(pretravel_map, machine, noise, of_map, step) + u_size**2
     return TouchesAndMap(
         observation=observation,
         noise=noise,

@@ -39,6 +39,7 @@ from pretravel.qualification.probe_drift import (
     spread_of,
 )
 from pretravel.qualification.unseen_turn import unseen_in
+from pretravel.qualification.verification import other_reference
 from pretravel.touches import Touches
 from pretravel.uncertainty import Covariance
 
@@ -188,8 +189,10 @@ def update_map(
         )
     refuse_other_orientation(touches, old_map)
     noted = [*filter(None, [tip_note(touches, old_map)]), *_feed_warnings(touches, old_map)]
-    state = _State.of(touches, old_map, drifted_map(old_map, drift, ring=ring))
     setup = QualificationSetup(diameter, 2.0 * old_map.tip_radius, ring)
+    u_size, said = other_reference(setup, old_map)
+    noted += said
+    state = _State.of(touches, old_map, drifted_map(old_map, drift, ring=ring), u_size)
     resting = old_map.without_machine(touches)
     usual = _settled(state, resting, setup)
     observation, posterior, noise = usual
@@ -226,17 +229,22 @@ class _State:
     units of its standard uncertainty."""
     delay_column: FloatArray | None
     """Travel of each touch for a delay longer by one standard uncertainty, (n,). [mm]"""
+    u_size: float
+    """Of all touches together: of the radii of two references. [mm]"""
 
     @classmethod
-    def of(cls, touches: Touches, old_map: PretravelMap, prior: DriftedMap) -> _State:
+    def of(
+        cls, touches: Touches, old_map: PretravelMap, prior: DriftedMap, u_size: float
+    ) -> _State:
         possible = possible_drifts(prior.drift)
         own = {name: prior.root_after(drift) for name, (_, drift) in possible.items()}
         if old_map.delay is None or old_map.delay_effect is None or touches.feeds is None:
-            return cls(prior, own, None)
+            return cls(prior, own, None, u_size)
         with_delay = {name: np.pad(root, (0, 1)) for name, root in own.items()}
         for root in with_delay.values():
             root[-1, -1] = 1.0
-        return cls(prior, with_delay, old_map.u_delay * travel_per_second(touches))
+        delayed = old_map.u_delay * travel_per_second(touches)
+        return cls(prior, with_delay, delayed, u_size)
 
     def design(self, directions: FloatArray) -> FloatArray:
         """Columns of the unknowns in what touches observe, (n, k) or (n, k + 1)."""
@@ -356,7 +364,7 @@ def _posterior(state: _State, observation: Observation, noise: Scatter, turn: fl
     before[: old.basis.size] = -turn * state.prior.ways[2]
     innovations = observation.values - old.basis.value(observation.directions, old.coefficients)
     innovations = innovations - design @ before
-    touch = _touch_covariance(old, observation, noise)
+    touch = _touch_covariance(old, observation, noise) + state.u_size**2
     parts = {
         name: _after(state.prior, root, design, normals, innovations, touch)
         for name, root in state.roots.items()

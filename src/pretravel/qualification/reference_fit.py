@@ -30,8 +30,10 @@ from pretravel.maps import (
     WIDE,
     MachinePriors,
     MachineTerms,
+    orientation_of,
 )
 from pretravel.qualification.axis_errors import WITHIN_A_TURN, AxisErrors, hypotheses
+from pretravel.qualification.delay import several_feeds
 from pretravel.qualification.reference_model import (
     PLACE,
     PRETRAVEL_OF,
@@ -53,6 +55,8 @@ _ROUNDS_OF_NOISE = 2
 _NO_WEIGHT = 1e-4
 _NO_DOUBT = 0.02
 """Probability that there are no errors of a screw, from which nothing is said of them."""
+_AGAINST = 4.0
+"""Standard uncertainties by which a term contradicts what was stated of it."""
 _OUTLYING = 4.0
 """Residuals that are larger, in the noise, are named."""
 _ELSEWHERE = 2.0
@@ -184,7 +188,8 @@ def fit_references(
     Raises
     ------
     PretravelError
-        A touch on no reference, or on no face of its block; fewer touches than unknowns.
+        A touch on no reference, or on no face of its block; fewer touches than unknowns; touches
+        at several feeds or orientations of the spindle, or of several tips.
 
     >>> block = Reference("block", "block", (50.0,))
     >>> n = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]] * 6)
@@ -193,9 +198,55 @@ def fit_references(
     >>> found.term("scale of x").determined, found.term("squareness of x and y").determined
     (False, False)
     """
+    _refuse_several_states(touches)
     model = ReferenceModel(touches, references, tip_diameter, priors)
     unknowns = _solved(model)
     return _judged(model, unknowns)
+
+
+def contradicted_priors(free: ReferenceFit, deviations: FloatArray) -> list[str]:
+    """A warning where touches contradict what is stated of the machine.
+
+    Parameters
+    ----------
+    free : ReferenceFit
+        Of the touches, where nothing is stated.
+    deviations : (9,) float
+        Stated standard uncertainties of `TERMS`.
+
+    Returns
+    -------
+    list of str
+    """
+    by_name = {term.name: term for term in free.terms if term.determined}
+    against = [
+        name
+        for name, stated in zip(TERMS, deviations.tolist(), strict=True)
+        if name in by_name
+        and abs(by_name[name].value) > _AGAINST * math.hypot(by_name[name].u, stated)
+    ]
+    if not against:
+        return []
+    said = (
+        "the touches contradict what is given of the machine. Without it these differ from zero by "
+        f"more than both uncertainties explain: {', '.join(against)}. Their errors are now in the "
+        "pretravel, and U does not contain them"
+    )
+    return [said]
+
+
+def _refuse_several_states(touches: Touches) -> None:
+    """Refuse touches whose pretravel in one direction is not one: this fit has one for each."""
+    touches.refuse_several()
+    orientation_of(touches)
+    if several_feeds(touches):
+        assert touches.feeds is not None
+        raise PretravelError(
+            f"the touches are at {touches.feeds.min():g} to {touches.feeds.max():g} mm/min: feed × "
+            "signal delay would look like backlash or pretravel of single directions. Touch all "
+            "references at one feed, or choose the touches of one",
+            inputs=("series", "exclude"),
+        )
 
 
 def _shown(name: str) -> str:

@@ -127,7 +127,7 @@ def without_tilt(touches: Touches, *, ring: bool) -> Touches:
         return touches
     shape = "ring" if ring else "pin"
     reference = Reference(shape, shape)
-    given = replace(touches, references=None, labels=None)
+    given = Touches(touches.positions, touches.normals, touches.approaches)
     exact = MachinePriors(0.0, 0.0, 0.0)
     try:
         fit = fit_references(given, [reference], tip_diameter=1e-3, priors=exact)

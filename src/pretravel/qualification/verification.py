@@ -233,9 +233,11 @@ def touches_beside_map(
     conditions += _feed_warnings(touches, pretravel_map)
     touches = pretravel_map.without_machine(touches)
     setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)
+    u_size, said = other_reference(setup, pretravel_map)
+    conditions += said
     rotation = pretravel_map.rotation
     touches, effects = without_machine(touches, observe(touches, setup, rotation), setup, rotation)
-    new = _NewTouches(touches, pretravel_map, setup)
+    new = _NewTouches(touches, pretravel_map, setup, u_size)
     everything = new.compared(np.ones(len(touches), dtype=bool))
     kept, gross = new.without_gross(everything)
     return TouchesBesideMap(everything, kept, gross, tuple(conditions), tuple(effects.warnings))
@@ -283,6 +285,8 @@ class _NewTouches:
     touches: Touches
     pretravel_map: PretravelMap
     setup: QualificationSetup
+    u_size: float = 0.0
+    """Of the radii of two references. [mm]"""
 
     def compared(self, kept: BoolArray) -> TouchesAndMap:
         """Those of a mask, compared with the map."""
@@ -294,7 +298,7 @@ class _NewTouches:
         )
         if step < _FINE_STEP * self.pretravel_map.repeatability:
             step = 0.0
-        return touches_and_map(observation, self.pretravel_map, step)
+        return touches_and_map(observation, self.pretravel_map, step, self.u_size)
 
     def without_gross(self, compared: TouchesAndMap) -> tuple[TouchesAndMap, tuple[Outlier, ...]]:
         """Touches and map without gross errors, and the gross errors; too many are kept."""
@@ -359,6 +363,35 @@ def refuse_unverifiable(pretravel_map: PretravelMap) -> None:
             "part of pretravel that it does not represent would look like a change. Qualify with "
             "kind harmonic or physical"
         )
+
+
+def other_reference(
+    setup: QualificationSetup, pretravel_map: PretravelMap
+) -> tuple[float, list[str]]:
+    """Standard uncertainty of sizes by the radii of two references, and a sentence about it.
+
+    Parameters
+    ----------
+    setup : QualificationSetup
+        Of the new touches.
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    u : float
+        In pretravel; zero on references of one diameter, which are one: its error is in both. [mm]
+    said : list of str
+    """
+    made = pretravel_map.provenance.setup
+    if made is None or (made.diameter, made.ring) == (setup.diameter, setup.ring):
+        return 0.0, []
+    u = 0.5 * math.hypot(made.u_reference_diameter, setup.u_reference_diameter)
+    said = (
+        f"these touches are on a {setup.reference} of {setup.diameter:.6g} mm, the map was made on "
+        f"a {made.reference} of {made.diameter:.6g} mm: u of the size contains both diameters, "
+        f"{u / MICROMETRE:.2g} µm in pretravel. On one reference their errors would cancel"
+    )
+    return u, [said]
 
 
 def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:

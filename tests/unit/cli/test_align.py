@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pretravel.base.errors import PretravelError
 from pretravel.base.frames import parse_placement
 from pretravel.drawing.alignment import aligning
 from pretravel.drawing.alignment.alignment_fit import align
 from pretravel.drawing.alignment.tip_centres import TipCentres
-from pretravel.files.map_file import write_map
+from pretravel.drawing.tasks.align import Align
+from pretravel.files.map_file import read_map, write_map
 from pretravel.files.placement_file import read_placement
 from pretravel.files.points_reading import read_points
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.surface import Part
+from pretravel.surface import Part, read_part
 from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
@@ -134,6 +137,28 @@ def test_errors_teach(options: tuple[object, ...], words: str) -> None:
     assert words in " ".join(run("align", TOUCHES, "--part", PART, *options, code=2).split())
 
 
+def test_feed_and_spindle_of_touches_and_map(folder: Path, tmp_path: Path) -> None:
+    """A map of one feed and orientation, touches of others."""
+    made = read_map(folder / "map.json")
+    made = replace(
+        made, feed=50.0, delay=None, provenance=replace(made.provenance, spindle_deg=0.0)
+    )
+    write_map(tmp_path / "map.json", made)
+    head, *lines = TOUCHES.read_text().splitlines()
+    path = tmp_path / "touches.csv"
+    task = Align(
+        touches=(path,), part=PART, map_file=str(tmp_path / "map.json"), start=TRUE.typed()
+    )
+    path.write_text("\n".join([f"{head},feed_mm_min", *(f"{line},500" for line in lines)]))
+    report = task.run().document()
+    assert any("made at 50 mm/min, these touches at 500" in said for said in report.warnings)
+    assert any("the map is of spindle 0°" in note for note in report.notes)
+    path.write_text("\n".join([f"{head},spindle_deg", *(f"{line},90" for line in lines)]))
+    for asked in (task.run, lambda: aligning.align(path, read_part(PART), made)):
+        with pytest.raises(PretravelError, match="with the spindle turned to 90°"):
+            asked()
+
+
 @pytest.mark.parametrize("rows", [1, 3, 8])
 def test_touches_that_cannot_say_where_a_part_lies(tmp_path: Path, rows: int) -> None:
     """Few of them, and eight in one place."""
@@ -176,6 +201,8 @@ def test_several_answers_are_listed_and_nothing_is_written(
         ({"shift_mm": [1, 2]}, "the key shift_mm has the shape"),
         ({"shift_mm": ["a", 2, 3]}, "something that is not a number"),
         ({"covariance": None}, "the key covariance"),
+        ({"shift_mm": [212.0, -48.0, -209.0]}, "one of them was changed"),
+        ({"covarance": []}, "a placement has no key 'covarance'"),
     ],
 )
 def test_a_damaged_placement_is_refused(

@@ -168,6 +168,8 @@ def test_what_a_terminal_would_obey_is_shown_as_text(
         (("{0}/bad", "--diameter", 25), "none of 1 file can be used. The first one:"),
         (("{0}/logs", "--diameter", 25, "--limit", 0), "--limit"),
         (("{0}/no.jsonl",), "there is no such history"),
+        (("{0}/logs", "--diameter", 20, "--map", "{0}/map.json"),
+         "on a sphere of 20 mm, the map was made on a sphere of 25 mm"),
     ],
 )  # fmt: skip
 def test_refusals(tmp_path: Path, words: tuple[object, ...], message: str) -> None:
@@ -175,6 +177,7 @@ def test_refusals(tmp_path: Path, words: tuple[object, ...], message: str) -> No
         (tmp_path / name).mkdir()
     write_touches(tmp_path / "logs" / "2026-03-01.csv", touches(1))
     (tmp_path / "bad" / "2026-03-01.csv").write_text("nothing\n")
+    write_map(tmp_path / "map.json", old_map())
     given = [w.format(tmp_path) if isinstance(w, str) else w for w in words]
     told = " ".join(run("history", *given, code=2).split())
     assert re.search(message, told), told

@@ -96,6 +96,12 @@ class TestAxis:
         assert "needs 3" in self._program(tmp_path, *self.C, "--angles", "0,90", code=2)
         twice = self._program(tmp_path, *self.C, "--angles", "0,90,180,0", code=2)
         assert "occurs twice" in twice
+        # Radians: 60 mm · 2 sin(1.047°) = 2.19 mm.
+        radians = self._program(tmp_path, *self.C, "--angles", "0,1.047,2.094", code=2)
+        assert "moves by 2.2 mm: that shows no axis" in radians
+        small = [0.98 if word == 25 else word for word in self.C]  # in inches
+        told = self._program(tmp_path, *small, "--angles", "0,90,180", code=2)
+        assert "the tip (6 mm) is larger than the sphere (0.98 mm)" in told
         # 98.5 mm from A at an elevation of 23.96 degrees: its top is 38.5 mm high 66.04 further.
         high = ("--axis", "A", "--diameter", 25, "--center", "0,90,-20", "--about", "0,0,-60")
         swung = self._program(tmp_path, *high, "--angles=0,-130,-150", code=2)

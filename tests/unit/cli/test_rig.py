@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.files.csv_table import read_csv_table
 from pretravel.show.result_file import read_result
-from tests.support.commands import rows, run
+from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import EXAMPLES
 from tests.support.results import data_of
 
@@ -40,6 +40,11 @@ class TestRig:
         (tmp_path / "rig").mkdir()
         for path in (*TRACES, EXAMPLES / "rig_budget.csv"):
             (tmp_path / "rig" / path.name).write_bytes(path.read_bytes())
+        copy = tmp_path / "rig" / "rig_000_9.csv"
+        copy.write_bytes(TRACES[0].read_bytes())
+        told = both_outputs("rig", tmp_path / "rig" / place)[1]
+        assert "rig_000_9: its readings are those of rig_000_1" in told
+        copy.unlink()
         run("rig", tmp_path / "rig" / place, "-o", tmp_path / "rig.csv")
         expected = [p.stem for p in TRACES if not place or folder.joinpath(p.name).match(place)]
         assert [row["trace"] for row in rows(tmp_path / "rig.csv")] == expected

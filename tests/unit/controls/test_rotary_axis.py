@@ -17,7 +17,7 @@ from pretravel.controls.rotary_axes import AXIS_LETTERS, RotaryAxis, rotary_axis
 from pretravel.controls.tasks.axis import FindAxis
 from pretravel.files.map_file import read_map, write_map
 from pretravel.uncertainty.covariance import Covariance
-from tests.support.commands import rows, run
+from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import mean_map
 from tests.support.examples import EXAMPLES
 
@@ -112,6 +112,21 @@ def test_what_a_map_leaves_moves_the_place_and_is_in_its_u() -> None:
     assert np.sqrt(known.covariance[0, 0]) == pytest.approx(2e-3, rel=1e-6)
 
 
+def moved(files: list[Path], outward: float, along_x: float) -> list[str]:
+    """The touches of `files` with the sphere moved on the table and the axis along x, as checks."""
+    found = []
+    for path in files:
+        head, *lines = path.read_text().splitlines()
+        turn = -float(path.stem[1:]) * DEGREE  # the table of the example turns clockwise
+        x, y = outward * np.cos(turn) + along_x, outward * np.sin(turn)
+        cells = [line.split(",") for line in lines]
+        text = [",".join([c[0], f"{float(c[1]) + x:.6f}", f"{float(c[2]) + y:.6f}", *c[3:]])
+                for c in cells]  # fmt: skip
+        found.append(path.with_name(f"moved_{outward}_{path.name}"))
+        found[-1].write_text("\n".join([head, *text]) + "\n")
+    return [str(word) for path in found for word in ("--check", path)]
+
+
 TRUE = {
     "place_x_mm": 150.012, "place_y_mm": -80.007, "slope_x_mm_per_m": 0.2, "slope_y_mm_per_m": -0.3,
 }  # fmt: skip
@@ -144,7 +159,9 @@ class TestCommand:
             own = [line for line in lines if line.startswith(f"at{angle}_")]
             files[-1].write_text("\n".join([head, *own]) + "\n")
         stated = ("--angles", "0,60,120,180", "--axis", "C")
-        check = [word for path in files for word in ("--check", path)]
+        same = [word for path in files for word in ("--check", path)]
+        assert "has the same touches" in run("axis", *files, *stated, *same, code=2)
+        check = moved(files, 10.0, 0.0)
         out = run("axis", *files, *stated, *check)
         warnings = FindAxis(touches=(self.LOG,), axis="C").run().document().warnings
         assert any("no map of the probe is given" in warning for warning in warnings)
@@ -157,14 +174,11 @@ class TestCommand:
             turned.write_text("\n".join(text))
             told = run("axis", files[0], turned, *files[2:], *stated, code=code)
             assert ("gives c_deg -60, and the angle 60" in told) == (code == 2)
-        moved = []
-        for path in files:
-            cells = [line.split(",") for line in path.read_text().splitlines()[1:]]
-            text = [",".join([c[0], f"{float(c[1]) + 0.02:.6f}", *c[2:]]) for c in cells]
-            moved.append(path.with_name(f"moved_{path.name}"))
-            moved[-1].write_text("\n".join([head, *text]) + "\n")
-        wrong = [word for path in moved for word in ("--check", path)]
-        assert "contradicted" in run("axis", *files, *stated, *wrong, code=3)
+        assert "the file gives the label at60_s1" in run("axis", *files, "--axis", "C", "--angles",
+                                                         "0,90,120,180", code=2)  # fmt: skip
+        told = "".join(both_outputs("axis", *files, *stated, *moved(files, 0.0, 0.02), code=3))
+        assert "contradicted" in told
+        assert "at the same distance" in told
 
 
 def test_the_sphere_is_beside_its_planned_place(tmp_path: Path) -> None:
@@ -264,6 +278,32 @@ class TestCentreOfTheMap:
             warnings = found.document().warnings
             assert any("uncertainty of its centre" in warning for warning in warnings) is told
 
+    def test_what_touches_and_map_state_is_compared(self, tmp_path: Path) -> None:
+        """Feed, spindle and diameter; a reader's gross error; a map that is only predicted."""
+        made = replace(mean_map(0.010), tip_radius=3.0, feed=50.0)
+        made = replace(made, provenance=replace(made.provenance, spindle_deg=0.0))
+        write_map(tmp_path / "map.json", made)
+        head, *lines = (EXAMPLES / "axis_touches.csv").read_text().splitlines()
+        lines = [line.rsplit(",", 1)[0] + ",100,0" for line in lines]
+        cells = lines[7].split(",")
+        lines[7] = ",".join([cells[0], str(float(cells[1]) + 0.3), *cells[2:]])
+        path = tmp_path / "t.csv"
+        path.write_text("\n".join([head + ",spindle_deg", *lines]) + "\n")
+        task = FindAxis(touches=(path,), axis="C", map_file=tmp_path / "map.json")
+        told = " ".join(task.run().document().warnings)
+        assert "made at 50 mm/min, these touches at 100" in told
+        assert "is far from the sphere" in told
+        assert "scatter by" in told
+        with pytest.raises(PretravelError, match=r"diameter of 20 mm, and the touches lie on one"):
+            replace(task, diameter=20.0, exclude=("at0_s8",)).run()
+        path.write_text(path.read_text().replace(",100,0", ",100,90"))
+        with pytest.raises(PretravelError, match=r"spindle turned to 90°"):
+            task.run()
+        text = path.read_text().splitlines()
+        path.write_text("\n".join([*text[:-1], text[-1].replace(",100,90", ",100,0")]) + "\n")
+        with pytest.raises(PretravelError, match=r"was made at spindle 0°"):
+            replace(task, map_file=None).run()
+
 
 class TestRefusals:
     @pytest.mark.parametrize(
@@ -278,6 +318,11 @@ class TestRefusals:
         turns = np.array(degrees) * DEGREE
         with pytest.raises(PretravelError, match=words):
             rotary_axis(touched("C", turns), turns.tolist(), "C")
+
+    def test_angles_of_other_touches(self) -> None:
+        wrong = TURNS[[0, 2, 1, 3, 4, 5]]
+        with pytest.raises(PretravelError, match=r"off a circle"):
+            rotary_axis(touched("C", TURNS), wrong.tolist(), "C")
 
     def test_another_letter(self) -> None:
         with pytest.raises(PretravelError, match=r"inclined by|in which sense"):

@@ -10,6 +10,7 @@ import pytest
 from pretravel.base.errors import PretravelError
 from pretravel.design.identification.measured_forces import MeasuredForces
 from pretravel.design.identification.probe_from_map import identify
+from pretravel.design.identification.trigger_forces import read_trigger_forces
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.map_file import read_map
 from pretravel.prediction.catalogue import load_probe
@@ -78,6 +79,7 @@ def test_refusals() -> None:
         (lambda: identify(None, probe, ["preload", "lever"], forces=one), "1 forces do not"),
         (lambda: MeasuredForces([[1.0, 0.0, 0.0]], [0.7], [0.0]), "positive"),
         (lambda: MeasuredForces(np.zeros((0, 3)), [], []), "no measured forces"),
+        (lambda: MeasuredForces([[1.0, 0.0, 0.0]], [664.0], [10.0]), "mN meant"),
     ):
         with pytest.raises(PretravelError, match=words):
             call()
@@ -92,7 +94,11 @@ def test_the_experiment_of_the_thesis() -> None:
     measured = np.array([0.664, 1.294])
     scale = float(measured @ ratio) / float(ratio @ ratio)
     assert f"{scale * PRELOAD:.3f}" in told
-    assert f"{(measured - scale * ratio)[0]:+.4f}" in told
+    rest = measured - scale * ratio
+    assert f"{rest[0]:+.4f}" in told
+    # Birge's ratio with one degree of freedom: u of the scale is the length of the rest, by ratio.
+    u = PRELOAD * float(np.linalg.norm(rest)) / float(np.linalg.norm(ratio))
+    assert f"{scale * PRELOAD:.3f} {u:.2g}" in " ".join(told.split())
     assert "The probe is of another kind" in warned
 
 
@@ -110,3 +116,9 @@ def test_a_table_that_lacks_u(tmp_path: Path) -> None:
     write_csv_table(tmp_path / "f.csv", {"azimuth_deg": [0.0], "force_N": [0.7]})
     told = run("identify", "--forces", tmp_path / "f.csv", "--probe", "omp40-2", code=2)
     assert "u_N" in told
+    write_csv_table(
+        tmp_path / "f.csv",
+        {"azimuth_deg": [0.0], "force_N": [0.7], "u_N": [0.01], "polar_rad": [1.2]},
+    )
+    with pytest.raises(PretravelError, match="no column 'polar_rad'"):
+        read_trigger_forces(tmp_path / "f.csv")

@@ -96,6 +96,10 @@ def test_the_seed_alone_decides(plan: str) -> None:
         (PRELOAD + '[directions]\nazimuth_deg = "0:350"\n', "expected one angle, a list"),
         ('[study]\nplan = "sobol"\n[[factor]]\nkey = "spring.preload_N"\nvalues = [4.0]', "range"),
         ('[[factor]]\nkey = "spring.preload_N"\nrange = [4.0, 8.0]\nlevels = 1', "2 to 1000"),
+        ("[study]\nsamples = 9\n" + PRELOAD, "line 2: samples is not used by the plan full"),
+        (PRELOAD + "[touch]\nfriction = 0.2\n", "line 5: the table [touch] changes nothing"),
+        ('[[factor]]\nkey = "calibration.noise_um"\nvalues = [0.1, 0.2]', "_um changes nothing"),
+        (PRELOAD + "[directions]\npolar_deg = [90, 200]\n", "polar angle is 200°"),
     ],
 )  # fmt: skip
 def test_a_study_that_cannot_be_says_why(text: str, said: str) -> None:

@@ -250,7 +250,15 @@ def test_every_setting_is_part_of_the_digest() -> None:
     others = [
         study(4),
         study(more='[prediction]\nmodel = "shen"\n'),
-        study(more="[calibration]\ntouches = 9\n"),
+        *(
+            study_in(
+                parse_toml(
+                    TEXT.format(count=3).replace("[study]", '[study]\noutputs=["calibration"]')
+                    + f"[calibration]\ntouches = {touches}\n"
+                )
+            )
+            for touches in (9, 10)
+        ),
         study_in(parse_toml(TEXT.format(count=3).replace("0:345:15", "0:330:30"))),
         study_in(parse_toml(TEXT.format(count=3).replace("[study]", '[study]\noutputs=["force"]'))),
         study_in(parse_toml(TEXT.format(count=3).replace("[study]", "[study]\nseed=2"))),

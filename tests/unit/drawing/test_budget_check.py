@@ -147,6 +147,12 @@ def test_what_is_not_simulated_is_refused() -> None:
     with pytest.raises(PretravelError, match="prior is not used by check-budget") as caught:
         CheckBudget(touches=(Path(SPHERE),), diameter=24.9987, prior=Path("old.json"))
     assert caught.value.inputs == ("prior",)
+    with pytest.raises(PretravelError, match="unknown size is not used by check-budget"):
+        CheckBudget(touches=(Path(SPHERE),), tip_diameter=6.0, unknown_size=True)
+    narrow = CheckBudget(touches=(Path(SPHERE),), diameter=24.9987, tip_diameter=6.0, kind="mean",
+                         bore=5.0)  # fmt: skip
+    with pytest.raises(PretravelError, match="a bore of 5 mm is not wider than the tip of 6 mm"):
+        narrow.run()
 
 
 def test_the_command(tmp_path: Path) -> None:

@@ -66,6 +66,13 @@ def test_lines_that_are_no_entry(tmp_path: Path, line: str) -> None:
         read_history(path)
 
 
+def test_a_line_twice_is_no_second_verification(tmp_path: Path) -> None:
+    path = _changed(tmp_path)
+    path.write_text(path.read_text() + path.read_text().splitlines()[0] + "\n")
+    with pytest.raises(InputError, match="line 3: this line is line 1 once more"):
+        read_history(path)
+
+
 def test_a_later_version_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="format has version 2; this pretravel reads 1"):
         read_history(_changed(tmp_path, version=2))

@@ -100,11 +100,15 @@ def test_azimuths_of_directions() -> None:
         assert np.isnan(readings.azimuths_of(np.array([1, 2]))).all()
 
 
-@pytest.mark.parametrize(("variance", "count"), [(0.0, 5), (-1e-6, 5), (1e-6, 1), (1e-6, 0)])
+@pytest.mark.parametrize(
+    ("variance", "count"), [(0.0, 5), (-1e-6, 5), (0.8, 5), (1e-6, 1), (1e-6, 0)]
+)
 def test_repeats_that_determine_no_variance(variance: float, count: int) -> None:
     with pytest.raises(PretravelError):
         RepeatedPair(1, 2, variance, count)
     assert RepeatedPair(1, 2, 1e-6).count == 10
+    with pytest.raises(PretravelError, match="Were µm meant"):
+        MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], [0.3, -1.1, 0.8, 2.0])
     assert RepeatedPair(1, 2, 1e-6, 2).count == 2
 
 

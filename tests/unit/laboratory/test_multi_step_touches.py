@@ -227,6 +227,11 @@ def test_degrees_of_freedom_of_circles_by_hand() -> None:
         (lambda t: _moved_beside(t), "off one of 12 equal steps"),
         (lambda t: _with_directions(t, 5), "have 5 directions"),
         (lambda t: _with_directions(t, 12, of_first=5), "0° only 5 of 12"),
+        (lambda t: replace(t, feeds=np.resize([50.0, 500.0], len(t))), "0° the touches are at 50"),
+        (lambda t: replace(t, tips=("a", *["b"] * (len(t) - 1))), "of 2 tips"),
+        (lambda t: replace(t, positions=1e-3 * t.positions), "are the positions in mm"),
+        (lambda t: replace(t, positions=t.positions + 0.3 * t.normals * np.c_[t.spindle == 0]),
+         "one reference and one tip"),
     ],
 )  # fmt: skip
 def test_touches_that_are_no_multi_step_test(change: object, words: str) -> None:
@@ -272,6 +277,10 @@ def test_separate_reads_touches(tmp_path: Path) -> None:
     plain = tmp_path / "plain.csv"
     write_csv_table(plain, touches_table(replace(touches, spindle=None)))
     assert "machine_index" in run("separate", plain, code=2)
+    head, *lines = (tmp_path / "touches.csv").read_text().splitlines()
+    (tmp_path / "twice.csv").write_text("\n".join([head, *lines, *lines[:12]]) + "\n")
+    told = both_outputs("separate", tmp_path / "twice.csv")[1]
+    assert "12 rows from" in told
 
 
 def _in_steps(touches: Touches, step: float) -> MultiStepReadings:

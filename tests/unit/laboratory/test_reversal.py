@@ -11,10 +11,13 @@ import pytest
 from benchmarks.departures.probes import six_seats
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
+from pretravel.controls.map_identity import check_map_of_program
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.laboratory.reversal import reversed_touches
+from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches
 from tests.support.commands import run
+from tests.support.example_maps import lobes
 
 PHI = np.radians(np.arange(0.0, 360.0, 10.0))
 NORMALS = np.stack([np.cos(PHI), np.sin(PHI), np.zeros(len(PHI))], axis=1)
@@ -54,6 +57,21 @@ def test_means_have_even_lobes_only() -> None:
     read = 15.5 - np.sum(found.means.positions * NORMALS, axis=1)
     assert np.std(read - _even(PHI)) == pytest.approx(NOISE / np.sqrt(2.0), rel=0.4)
     assert found.means.spindle is None
+
+
+def test_means_are_used_with_maps_of_means_alone() -> None:
+    """A map with three lobes has odd ones, which means have not."""
+    means, single = reversed_touches(_both()).means, _pin(0.0, np.random.default_rng(0))
+    plain = lobes(3)
+    of_means = replace(plain, provenance=replace(plain.provenance, orientation="A0 reversal"))
+    apply(single, plain, extrapolate=True)
+    apply(means, of_means, extrapolate=True)
+    with pytest.raises(PretravelError, match="the touches are from means at two orientations"):
+        apply(means, plain, extrapolate=True)
+    with pytest.raises(PretravelError, match="the map is from means at two orientations"):
+        apply(single, of_means, extrapolate=True)
+    with pytest.raises(PretravelError, match="without odd lobes"):
+        check_map_of_program(of_means, 30.0, np.array([50.0]))
 
 
 def test_what_is_taken_out() -> None:

@@ -19,6 +19,7 @@ from pretravel.laboratory.rig.budget import (
     length_budget,
     own_repeatability,
     rig_sources,
+    thermal_components,
 )
 from pretravel.laboratory.rig.calibration import RigCalibration, calibrate_rig
 from pretravel.laboratory.rig.rig_csv import read_budget
@@ -132,6 +133,19 @@ class TestFile:
         path.write_text(f"{HEAD}\nscale,B,0.02,\nRepeatability at r0,A,0.05,\n")
         assert read_budget(path)[0].dof == math.inf
         assert read_budget(path)[1].repeatability
+
+    @pytest.mark.parametrize(
+        ("wrong", "words"),
+        [
+            ({"expansion": 8.0}, "Was 1e-6/K meant"),
+            ({"u_expansion": 1.0}, "Was 1e-6/K meant"),
+            ({"deviation": 293.15}, "was the temperature itself meant"),
+        ],
+    )
+    def test_temperatures_in_another_unit(self, wrong: dict[str, float], words: str) -> None:
+        given = {"expansion": 8e-6, "deviation": 1.0, "u_expansion": 1e-6, "u_temperature": 0.1}
+        with pytest.raises(PretravelError, match=words):
+            thermal_components(**(given | wrong))
 
     @pytest.mark.parametrize(
         ("text", "words"),

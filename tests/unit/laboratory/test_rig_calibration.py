@@ -269,13 +269,20 @@ class TestRefusals:
             (("a_030", "a_30"), "a_030 and a_30 are the same direction"),
             (("a_090", "a_Y"), "a_090 and a_Y are the same direction"),
             (("a_0p0", "a_Z"), "a_0p0 and a_Z are the same direction"),
+            (("a_90p0", "a_Z"), "a_90p0 and a_Z are the same direction"),
+            (("a_-30", "a_330"), "a_-30 and a_330 are the same direction"),
             (("a_000p190",), "polar angle is 190°"),
+            (("a_20260101",), "azimuth is 2.02601e[+]07°"),
         ],
     )
     def test_one_direction_has_one_name(self, names: tuple[str, ...], words: str) -> None:
         with pytest.raises(PretravelError, match=words):
             calibrate_rig(_made({name: [3.0] for name in names}))
         assert len(calibrate_rig(_made({"left": [3.0], "right": [3.1]})).directions) == 2
+
+    def test_a_trace_twice(self) -> None:
+        with pytest.raises(PretravelError, match="p_000_1 is given twice"):
+            calibrate_rig(2 * _made({"p_000": [3.0]}))
 
     def test_excluded_traces_that_are_not_there(self) -> None:
         names = {f"p_{k:03d}": [3.0] for k in range(0, 130, 10)}

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
+from pretravel.drawing.alignment import aligning
 from pretravel.drawing.alignment.alignment import (
     MOTIONS,
     Alignment,
@@ -25,6 +26,7 @@ from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.drawing.features.extreme_association import associate_by
 from pretravel.measurement.compensation import embed
 from pretravel.surface.cad.part import Part
+from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import lobes
 from tests.support.touched_bracket import (
@@ -330,6 +332,23 @@ def test_an_inscribed_bore_as_a_datum() -> None:
     circle = associate_by("inscribed", "circle", flat, axis=(0.0, 0.0, 1.0))
     assert not found.gross.any()
     assert circle.point[:2] == pytest.approx([12.0, 12.0], abs=1e-6)  # where the part has it
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"part": "part.step"}, "expected a Part, not a str: read_part"),
+        ({"start": (0.0, 0.0, 0.0)}, "expected a Placement, not a tuple"),
+        ({"datums": ["A"]}, "expected a Datum, not a str"),
+        ({"datums": [Datum("A", (0,)), Datum("A", (1,))]}, "datum A is given twice"),
+        ({"pretravel_map": 3.0}, "expected a map, not a float"),
+    ],
+)
+def test_what_is_no_part_start_or_datum(arguments: dict[str, object], words: str) -> None:
+    touches = Touches([[0.0, 0.0, 2.0]], [[0.0, 0.0, 1.0]])
+    given = {"part": bracket(), "pretravel_map": radius_alone(2.0), "start": Placement()}
+    with pytest.raises(PretravelError, match=words):
+        aligning.align(touches, **(given | arguments))  # type: ignore[arg-type]
 
 
 def test_a_datum_that_was_not_touched_is_refused() -> None:

@@ -26,7 +26,7 @@ from pretravel.measurement.comparison import (
     compare_corrections,
 )
 from pretravel.uncertainty.covariance import Covariance
-from tests.support.commands import rows, run
+from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import example_map, lobes
 from tests.support.examples import EXAMPLES
 from tests.support.pictures import coloured_share
@@ -172,6 +172,14 @@ class TestComparison:
         )
         write_map(tmp_path / "known.json", example_map())
         known = run("compare", tmp_path / "known.json")
+        # A mean that is not known, and odd lobes that means have not, are in no error and no file.
+        wide = replace(example_map(), u_tip_radius=0.025)
+        wide = replace(wide, provenance=replace(wide.provenance, orientation="reversal"))
+        write_map(tmp_path / "wide.json", wide)
+        for command in (("compare",), ("export", "--to", "csv", "-o", tmp_path / "e.csv")):
+            warned = both_outputs(*command, tmp_path / "wide.json")[1]
+            assert "u = 25 µm" in warned
+            assert "odd lobes" in warned
         numbers = r"\) +[1-9]\.\d\d +0\.[1-9]\d"
         assert re.search(
             r"^map \(max is twice its largest u, rms that of u" + numbers, known, re.MULTILINE

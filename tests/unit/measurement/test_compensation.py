@@ -72,6 +72,9 @@ def test_embedded_touches_state_what_they_were_given() -> None:
     with pytest.raises(ExtrapolationError):
         embed([[0.0, 0.0, 0.0]], -UP, made)
     below = embed([[0.0, 0.0, 0.0]], -UP, made, extrapolate=True)
+    for points in ([[0.0, 0.0, 0.0]], [[0.0, 0.0]] * 2):
+        with pytest.raises(PretravelError, match=r"expected \(n, 3\) each"):
+            embed(points, np.repeat(UP, 2, axis=0), made)
     assert below.positions == pytest.approx(-2.990 * UP)
 
 

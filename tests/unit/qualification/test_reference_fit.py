@@ -13,7 +13,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.maps.machine_terms import MachinePriors, displacements, last_moves
 from pretravel.qualification.axis_errors import hypotheses
 from pretravel.qualification.block_plan import plan_block
-from pretravel.qualification.reference_fit import fit_references
+from pretravel.qualification.reference_fit import contradicted_priors, fit_references
 from pretravel.qualification.references import Reference
 from pretravel.touches import Touches
 
@@ -113,6 +113,34 @@ def test_inside_and_outside_give_the_scale(tip_diameter: float | None) -> None:
             + 4.0 * USUAL**2
         )
         assert scale.u == pytest.approx(u / 100.0, rel=0.4)
+
+
+@pytest.mark.parametrize(
+    ("stated", "reason"),
+    [
+        ({"feeds": [50.0, 500.0]}, "50 to 500 mm/min"),
+        ({"spindle": [0.0, np.pi]}, "spindle 180°"),
+        ({"tips": ["down", "front"]}, "2 tips"),
+    ],
+)
+def test_touches_of_several_states_are_refused(stated: dict[str, list[float]], reason: str) -> None:
+    """Each direction has one pretravel."""
+    touches = _ring_and_block(0.0)
+    several = {name: np.resize(values, len(touches)) for name, values in stated.items()}
+    several = {name: tuple(v) if name == "tips" else v for name, v in several.items()}
+    references = [Reference("r40", "ring", (40.0,)), Reference("block", "block", (60.0,))]
+    with pytest.raises(PretravelError, match=reason):
+        fit_references(replace(touches, **several), references, tip_diameter=6.0)  # type: ignore[arg-type]
+
+
+def test_what_is_stated_of_a_machine_is_compared_with_the_touches() -> None:
+    """A scale of 1e-3 on 100 mm of ring and block is 100 µm, and noise is 0.2 µm."""
+    references = [Reference("r40", "ring", (40.0,)), Reference("block", "block", (60.0,))]
+    free = fit_references(_ring_and_block(1e-3), references, tip_diameter=6.0)
+    assert not contradicted_priors(free, MachinePriors().deviations)
+    assert not contradicted_priors(free, MachinePriors(u_scale=1e-3).deviations)
+    (said,) = contradicted_priors(free, MachinePriors(u_scale=1e-4).deviations)
+    assert "explain: scale of x, scale of y." in said
 
 
 def test_a_ring_alone_gives_no_scale() -> None:

@@ -30,6 +30,7 @@ from pretravel.qualification.change_causes import Cause
 from pretravel.qualification.change_tests import changes_of, touches_and_map
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
+from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.terms_of_days import day_terms
 from pretravel.qualification.verification import (
@@ -92,6 +93,21 @@ class TestWhatIsSeen:
         # Touches are on one half of the sphere: the fitted centre takes up a part of the change.
         assert 0.0002 < np.mean(larger.differences) < 0.0012
         assert wider.amplitude.u < 0.05
+
+    def test_another_reference_has_another_error(self) -> None:
+        """A diameter of the map with u = 5 µm, and a sphere of 20 mm that shows it: by 2.5 µm."""
+        made, new = old_map(), touches(5, size=0.0025)
+        setup = replace(made.provenance.setup, u_diameter=0.005)  # type: ignore[type-var]
+        made = replace(made, provenance=replace(made.provenance, setup=setup))
+        there = replace(new, positions=new.positions - 2.5 * PATTERN)
+        for on, diameter, changed in ((new, 25.0, True), (there, 20.0, False)):
+            found = verify(on, made, diameter)
+            assert found.changed is changed
+            assert any("on a sphere of 20 mm" in said for said in found.warnings) is not changed
+        assert found.size.u == pytest.approx(0.0025, rel=0.02)  # 5 µm / 2, and 0.1 µm of noise
+        # The change is of the probe on the same sphere, and of the diameters on another.
+        assert update_map(new, made, 25.0).level.value == pytest.approx(0.0025, abs=0.4e-3)
+        assert abs(update_map(there, made, 20.0).level.value) < 0.4e-3
 
     @pytest.mark.parametrize("angle", [8.0, -8.0, 20.0])
     def test_turn_with_its_sign(self, angle: float) -> None:

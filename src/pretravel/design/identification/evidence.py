@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, PretravelError
-from pretravel.maps import Origin, PretravelMap, TouchedMeans, same_tip
+from pretravel.maps import Origin, PretravelMap, TouchedMeans, is_reversal, same_tip
 from pretravel.prediction import Probe
 from pretravel.six_seats import curved_part_factor
 
@@ -54,7 +54,14 @@ def refuse_other_probe(pretravel_map: PretravelMap, probe: Probe) -> None:
     Raises
     ------
     PretravelError
+        Also of a map from means at two orientations of the spindle, which no probe has.
     """
+    if is_reversal(pretravel_map.provenance.orientation):
+        raise PretravelError(
+            "the map is from means at two orientations of the spindle (pretravel reversal): it has "
+            "no odd lobes, and no description explains it. Use a map from touches at one",
+            inputs=("map_file",),
+        )
     if probe.orientation.matrix[:, 2] @ pretravel_map.rotation[:, 2] < 1.0 - 1e-6:
         raise PretravelError(
             "the axis of the description is not that of the map: give the description "

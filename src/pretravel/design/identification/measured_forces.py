@@ -16,6 +16,9 @@ from pretravel.base import (
 )
 from pretravel.prediction import ComplianceModel, Probe, predict
 
+_LARGEST = 100.0
+"""That of the spring in a description. [N]"""
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredForces:
@@ -49,6 +52,12 @@ class MeasuredForces:
                 raise PretravelError(
                     "measured forces need a direction, a force and its u each, both in N and "
                     "positive",
+                    inputs=("forces",),
+                )
+            if np.any(values > _LARGEST):
+                raise PretravelError(
+                    f"a force or its u is {values.max():g} N; touch-trigger probes have at most "
+                    f"{_LARGEST:g} N. Were mN meant? 1000 mN are 1 N",
                     inputs=("forces",),
                 )
             object.__setattr__(self, name, frozen(values))

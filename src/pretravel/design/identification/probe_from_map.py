@@ -163,7 +163,8 @@ def identify(
     unknown += _others_nearly_as_good(fit, maxima, codes, widening)
     unknown += evidence.warnings
     if forces is not None:
-        unknown += _misfit_of_forces(forces, fitted, model, len(numbers))
+        by_forces, misfit = _misfit_of_forces(forces, fitted, model, len(numbers))
+        widening, unknown = max(widening, by_forces), unknown + misfit
     if "rotation" in free:
         fitted = _with_nearest_rotation(fitted, probe)
     values = np.array([number.of(fitted) for number in numbers])
@@ -285,7 +286,8 @@ def _from_forces(
     fitted = described(found.x)
     codes, unknown = _uncertainty(np.asarray(found.jac), numbers, free)
     unknown = [sentence.replace("the map", "the forces", 1) for sentence in unknown]
-    unknown += _misfit_of_forces(measured, fitted, model, len(numbers))
+    widening, misfit = _misfit_of_forces(measured, fitted, model, len(numbers))
+    codes, unknown = codes * widening, unknown + misfit
     if "rotation" in free:
         fitted = _with_nearest_rotation(fitted, probe)
     values = np.array([number.of(fitted) for number in numbers])
@@ -308,20 +310,23 @@ def _from_forces(
 
 def _misfit_of_forces(
     forces: MeasuredForces, probe: Probe, model: str | ComplianceModel, free: int
-) -> list[str]:
-    """A sentence where the forces differ from the model by more than their u."""
+) -> tuple[float, list[str]]:
+    """Factor by which forces that differ from the model by more than their u widen uncertainties
+    (Birge's ratio), and a sentence on it.
+    """
     from scipy.special import chdtrc
 
     white = forces.white(probe, model)
     dof = max(len(white) - free, 1)
-    if chdtrc(dof, float(np.sum(white**2))) > _RARE_MISFIT:
-        return []
+    squares = float(np.sum(white**2))
+    if chdtrc(dof, squares) > _RARE_MISFIT:
+        return 1.0, []
     most = float(np.abs(white).max())
     words = (
         f"the measured forces differ from the model by {most:.1f} times their u. The probe is "
-        "of another kind, or other quantities should be free. u does not contain this difference"
+        "of another kind, or other quantities should be free. u was enlarged for this"
     )
-    return [words]
+    return math.sqrt(squares / dof), [words]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -158,6 +159,13 @@ class Directions:
 
     azimuth: AngleList = field(default_factory=lambda: _radians("0:350:10"))
     polar: AngleList = field(default_factory=lambda: _radians("10:90:10"))
+
+    def __post_init__(self) -> None:
+        wrong = [angle / DEGREE for angle in self.polar if not 0.0 <= angle <= math.pi + 1e-9]
+        if wrong:
+            raise PretravelError(
+                f"a polar angle is {wrong[0]:g}°; it must lie between 0 (the probe's axis) and 180°"
+            )
 
 
 @dataclass(frozen=True)
@@ -435,7 +443,40 @@ def study_of_parts(
     )
     _refuse_named_files(study)
     _check_factors(study, document, factors)
+    _refuse_unused(study, document, settings, factors)
     return study
+
+
+def _refuse_unused(study: Study, document: TomlDocument, settings: str, factors: str) -> None:
+    """Refuse what is stated and changes nothing: tables of other outputs, samples of other plans.
+
+    Raises
+    ------
+    InputError
+    """
+    for table in ("touch", "calibration"):
+        if table in study.outputs:
+            continue
+        unused = f"the output {table} alone uses it, and is none of {', '.join(study.outputs)}"
+        if getattr(study, table):
+            raise document.error(f"the table [{table}] changes nothing: {unused}", table)
+        for number, factor in enumerate(study.factors):
+            if factor.key.startswith(f"{table}."):
+                raise document.error(
+                    f"the factor {factor.key} changes nothing: {unused}", factors, number, "key"
+                )
+    own = document.tables.get(settings, {})
+    if study.plan not in _DRAWN and "samples" in own:
+        raise document.error(
+            f"samples is not used by the plan {study.plan}, which has all values of the factors: "
+            f"leave it out, or choose {' or '.join(_DRAWN)}",
+            settings,
+            "samples",
+        )
+
+
+_DRAWN = ("latin-hypercube", "sobol")
+"""Plans that draw their designs."""
 
 
 def _refuse_named_files(study: Study) -> None:

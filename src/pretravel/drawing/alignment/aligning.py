@@ -11,7 +11,7 @@ from pretravel.drawing.alignment.alignment_fit import align as align_from
 from pretravel.drawing.alignment.alignment_search import found_placements
 from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.files import ReadingOptions, one_normal, read_readings
-from pretravel.maps import PretravelMap
+from pretravel.maps import MapLike, PretravelMap, as_map, refuse_other_orientation
 from pretravel.surface import Part
 from pretravel.touches import Touches
 
@@ -21,7 +21,7 @@ _MOST_LISTED = 8
 def align(
     touches: Touches | str | Path,
     part: Part,
-    pretravel_map: PretravelMap,
+    pretravel_map: MapLike,
     *,
     start: Placement | None = None,
     datums: Sequence[Datum] = (),
@@ -35,7 +35,7 @@ def align(
         Tip centres, in the axes of the machine; or a file of them, which needs no normals. The
         normals of `Touches` are taken as directions of approach alone.
     part : Part
-    pretravel_map : PretravelMap
+    pretravel_map : PretravelMap, Qualification, str or Path
     start : Placement, optional
         Near the answer. Without it the placement is searched over all positions.
     datums : sequence of Datum, optional
@@ -52,16 +52,28 @@ def align(
     Raises
     ------
     PretravelError
-        No placement explains the touches, or several do.
+        Something else in the place of part, start or datums; no placement explains the touches,
+        or several do; touches at another orientation of the
+        spindle or head than the map.
     InputError
         A file that is not one of touches.
     """
-    if isinstance(touches, Touches):
-        tips = TipCentres.of(touches)
-    else:
+    for given, expected, makes in (
+        (part, Part, "read_part makes one of a file"),
+        (start, Placement | None, "read_placement makes one of a file"),
+        *((datum, Datum, "such as Datum('A', (3,))") for datum in datums),
+    ):
+        if not isinstance(given, expected):
+            name = getattr(expected, "__name__", "Placement")
+            raise PretravelError(f"expected a {name}, not a {type(given).__name__}: {makes}")
+    pretravel_map = as_map(pretravel_map)
+    stated_approaches = True
+    if not isinstance(touches, Touches):
         options = ReadingOptions(normals_from=one_normal([0.0, 0.0, 1.0]))
         read = read_readings(touches, options).in_machine_axes()
-        tips = TipCentres.of(read.touches, stated_approaches=not read.normals_taken)
+        touches, stated_approaches = read.touches, not read.normals_taken
+    refuse_other_orientation(touches, pretravel_map)
+    tips = TipCentres.of(touches, stated_approaches=stated_approaches)
     if start is None:
         start = only_placement(tips, part, pretravel_map, extrapolate=extrapolate)
     return align_from(tips, part, pretravel_map, start, datums=datums, extrapolate=extrapolate)

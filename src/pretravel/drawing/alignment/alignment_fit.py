@@ -119,7 +119,8 @@ def align(
     Raises
     ------
     PretravelError
-        A datum that was not touched; a map with a signal delay, and touches without feeds.
+        A datum that was not touched, or is given twice; a map with a signal delay, and touches
+        without feeds.
     ConvergenceError
 
     Notes
@@ -133,6 +134,12 @@ def align(
         raise PretravelError(
             f"the motions are {', '.join(MOTIONS)}; given: {', '.join(free) or 'none'}",
             inputs=("free",),
+        )
+    names = [datum.name for datum in datums]
+    double = [name for name in names if names.count(name) > 1]
+    if double:
+        raise PretravelError(
+            f"datum {double[0]} is given twice: give all its faces together", inputs=("datum",)
         )
     moving = np.isin(MOTIONS, list(free))
     fit = _Fit(tips, part, pretravel_map, tuple(datums), moving)

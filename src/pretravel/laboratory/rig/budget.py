@@ -107,6 +107,12 @@ def abbe_component(offset: float, u_tilt: float) -> LengthComponent:
     )
 
 
+_EXPANSION = 1e-3
+"""More than that of any solid. [1/K]"""
+_FROM_20 = 100.0
+"""Of a laboratory. [K]"""
+
+
 def thermal_components(
     *, expansion: float, deviation: float, u_expansion: float, u_temperature: float
 ) -> tuple[LengthComponent, LengthComponent]:
@@ -123,6 +129,11 @@ def thermal_components(
     -------
     two LengthComponent
 
+    Raises
+    ------
+    PretravelError
+        Numbers of another unit.
+
     References
     ----------
     Ren 2020, equation 17: u(α)² (ΔT L0)² + u(ΔT)² (α L0)²; and u(α)² u(ΔT)² L0², the rest of the
@@ -133,6 +144,16 @@ def thermal_components(
     >>> [f"{line.per_length * 1e6:.3f}" for line in lines]  # µm/m
     ['0.057', '0.011']
     """
+    for name, value in (("expansion", expansion), ("its uncertainty", u_expansion)):
+        if not abs(value) <= _EXPANSION:
+            raise PretravelError(
+                f"thermal expansion of the scale: {name} is {value:g} 1/K. Was 1e-6/K meant? Steel "
+                "has 11.5e-6"
+            )
+    if not abs(deviation) <= _FROM_20:
+        raise PretravelError(
+            f"the scale is {deviation:g} K from 20 °C: was the temperature itself meant?"
+        )
     return (
         LengthComponent(
             f"temperature of the scale (u {u_temperature:g} K)", "B", 0.0,

@@ -298,8 +298,8 @@ def calibrate_rig(
     Raises
     ------
     PretravelError
-        No touch with a pretravel, an implausible pretravel, one azimuth under two names, an
-        excluded trace that is not there.
+        No touch with a pretravel, an implausible pretravel, one azimuth under two names, a trace
+        that is given twice, an excluded one that is not there.
 
     Notes
     -----
@@ -319,6 +319,12 @@ def calibrate_rig(
         raise PretravelError(
             f"the probability is {probability:g}; it must lie between 0 and 1",
             inputs=("probability",),
+        )
+    names = [touch.trace for touch in touches]
+    double = [name for name in names if names.count(name) > 1]
+    if double:
+        raise PretravelError(
+            f"the trace {double[0]} is given twice: each trace is one touch, and has its own name"
         )
     excluded = _excluded_traces(touches, exclude)
     evaluated = _plausible_touches([t for t in touches if t.trace not in excluded])
@@ -452,7 +458,14 @@ def _touches_by_direction(touches: Sequence[RigTouch]) -> dict[str, list[RigTouc
                 f"{name}: the polar angle is {math.degrees(polar):g}°; it must lie between 0 (the "
                 "rod pushes the tip along the probe's axis, to the spindle) and 180°"
             )
-        place = (round(azimuth, 9), round(polar, 9))
+        if abs(azimuth) > 2.0 * math.pi:
+            raise PretravelError(
+                f"{name}: the azimuth is {math.degrees(azimuth):g}°; it is at most 360°. A name "
+                "ends with direction and repeat, such as rig_030_1"
+            )
+        at_pole = math.sin(polar) < 1e-9  # all azimuths are one direction there
+        around = 0.0 if at_pole else round(math.degrees(azimuth) % 360.0, 6) % 360.0
+        place = (around, round(polar, 9))
         if name_of.setdefault(place, name) != name and math.isfinite(azimuth):
             raise PretravelError(
                 f"{name_of[place]} and {name} are the same direction under two names: give the "

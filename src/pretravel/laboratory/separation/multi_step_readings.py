@@ -17,6 +17,8 @@ from pretravel.base import (
     frozen,
 )
 
+_LARGEST = 0.5
+"""Difference of two readings, or standard deviation of one. [mm]"""
 _LISTED = 12  # directions that a message names
 
 
@@ -70,6 +72,11 @@ class MultiStepReadings:
             )
         if not np.all(np.isfinite(errors)):
             raise PretravelError("readings must be finite")
+        if len(errors) and np.ptp(errors) > _LARGEST:
+            raise PretravelError(
+                f"the readings differ by up to {np.ptp(errors):.3g} mm: no machine and no probe "
+                "has such errors. Were µm meant? 1 µm is 0.001 mm"
+            )
         if len(errors) < 4:
             raise PretravelError(
                 f"{len(errors)} readings are too few to separate machine and probe; at least 4 "
@@ -143,6 +150,11 @@ class RepeatedPair:
 
     def __post_init__(self) -> None:
         check_numbers(self, variance=VARIANCE, count=COUNT)
+        if self.variance > _LARGEST**2:
+            raise PretravelError(
+                f"the variance of the repeats is {self.variance:g} mm². Were µm² meant? 1 µm² is "
+                "1e-6 mm²"
+            )
         if self.variance == 0.0:
             raise PretravelError(
                 f"the variance of the repeats is {self.variance * 1e6:g} µm²; it must be positive"

@@ -29,6 +29,11 @@ _SAME = 0.5 * DEGREE
 _FEWEST = 6
 """Directions around the circle: a circle takes three numbers of each setup."""
 _TURN = 2.0 * math.pi
+_SMALLEST = 0.2
+"""Radius of a circle of tip and reference together, or of a tip in a ring. [mm]"""
+_OTHER_RADIUS = 0.2
+"""Difference of radii that neither pretravel nor another qualification makes. [mm]"""
+_SAME_FEED = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +112,7 @@ def readings_of_touches(
             "a multi-step test needs a column spindle_deg or readings with machine_index, "
             "probe_index and error_um"
         )
+    touches.refuse_several(one_reference=True)
     turn = probe_rotation(axis, 0.0)
     normals, positions = touches.normals @ turn, touches.positions @ turn
     off = np.abs(polar_angle(normals) - 0.5 * math.pi)
@@ -129,6 +135,8 @@ def readings_of_touches(
         fit = fit_sphere(positions[rows, :2])
         centers[number], radii[number] = fit.center, fit.radius
         errors[rows] = np.linalg.norm(positions[rows, :2] - fit.center, axis=1) - fit.radius
+    _check_circles(radii, orientations)
+    _check_feeds(touches, setup, orientations)
     if inward:  # in a ring a late trigger makes the circle larger, on a sphere smaller
         errors = -errors
     machine, probe = direction + 1, np.mod(direction - shift[setup], count) + 1
@@ -205,6 +213,37 @@ def _check_setups(
             raise PretravelError(
                 f"at the orientation of {angle / DEGREE:g}° only {len(touched)} of {count} "
                 "directions were touched: they do not show the circle of this setup"
+            )
+
+
+def _check_circles(radii: FloatArray, orientations: FloatArray) -> None:
+    """Refuse circles that no tip leaves on one reference."""
+    smallest, middle = float(radii.min()), float(np.median(radii))
+    if smallest < _SMALLEST:
+        raise PretravelError(
+            f"the touches lie on a circle with a radius of {smallest:.4g} mm: are the positions in "
+            "mm?"
+        )
+    other = int(np.argmax(np.abs(radii - middle)))
+    if abs(float(radii[other]) - middle) > _OTHER_RADIUS:
+        raise PretravelError(
+            f"at the orientation of {orientations[other] / DEGREE:g}° the touches lie on a circle "
+            f"with a radius of {radii[other]:.3f} mm, at others of {middle:.3f} mm: a multi-step "
+            "test has one reference and one tip"
+        )
+
+
+def _check_feeds(touches: Touches, setup: IntArray, orientations: FloatArray) -> None:
+    """Refuse several feeds in one setup: the circle does not take up their delay travel."""
+    if touches.feeds is None:
+        return
+    for number, angle in enumerate(orientations):
+        feeds = touches.feeds[setup == number]
+        if np.ptp(feeds) > _SAME_FEED * feeds.max():
+            raise PretravelError(
+                f"at the orientation of {angle / DEGREE:g}° the touches are at {feeds.min():g} to "
+                f"{feeds.max():g} mm/min: feed × signal delay would look like an error of single "
+                "directions. Touch at one feed"
             )
 
 

@@ -75,7 +75,7 @@ def read_multi_step_test(
     *,
     axis: npt.ArrayLike = (0.0, 0.0, 1.0),
     spindle: Sequence[float] | None = None,
-) -> tuple[MultiStepReadings, tuple[str, ...]]:
+) -> tuple[MultiStepReadings, tuple[str, ...], tuple[str, ...]]:
     """Read a multi-step test: its readings, or the touches of the reference that they follow from.
 
     Parameters
@@ -93,6 +93,8 @@ def read_multi_step_test(
     readings : MultiStepReadings
     notes : tuple of str
         On what touches do not determine.
+    warnings : tuple of str
+        Of the reader of touches.
 
     Raises
     ------
@@ -104,14 +106,15 @@ def read_multi_step_test(
 
     given = [Path(paths)] if isinstance(paths, Path | str) else list(paths)
     if len(given) == 1 and spindle is None and not _has_touches(given[0]):
-        return read_multi_step_readings(given[0]), ()
+        return read_multi_step_readings(given[0]), (), ()
     try:
-        found = readings_of_touches(read_series(given, spindle=spindle).touches, axis=axis)
+        read = read_series(given, spindle=spindle)
+        found = readings_of_touches(read.touches, axis=axis)
     except InputError:
         raise
     except PretravelError as error:
         raise InputError(str(error), path=given[0]) from None
-    return found.readings, found.notes
+    return found.readings, found.notes, tuple(read.notes())
 
 
 def _has_touches(path: Path) -> bool:

@@ -218,6 +218,7 @@ class History(
         made, name = old_map, "" if self.map_file is None else self.map_file.name
         if made is not None:
             refuse_unverifiable(made)
+            _refuse_other_reference(made, reference)
         days: list[DayFile] = []
         unusable: list[tuple[DatedFile, str]] = []
         seen: dict[str, str] = {}
@@ -310,6 +311,24 @@ class TouchHistory(Result):
         from pretravel.tasks.history.drift_report import day_columns
 
         write_csv_table(path, day_columns(self.found))
+
+
+def _refuse_other_reference(made: PretravelMap, reference: QualificationSetup) -> None:
+    """Refuse a map from another reference: the errors of both diameters would look like a change.
+
+    Raises
+    ------
+    PretravelError
+    """
+    from pretravel.qualification import other_reference
+
+    for said in other_reference(reference, made)[1]:
+        raise PretravelError(
+            f"{said}; here they would look like a change since the first day. If it is one "
+            "reference, give the diameter of the map; if not, leave the map out: the days are then "
+            "compared with the first one",
+            inputs=("diameter", "map_file"),
+        )
 
 
 def _allowed(pretravel_map: PretravelMap) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Self
@@ -238,8 +239,14 @@ def fitted_references(
     fit : ReferenceFit
     qualified : tuple of Reference and Qualification, or None
     """
-    from pretravel.maps import priors_of
-    from pretravel.qualification import fit_references, qualified_beside_others
+    import numpy as np
+
+    from pretravel.maps import MachinePriors, priors_of
+    from pretravel.qualification import (
+        contradicted_priors,
+        fit_references,
+        qualified_beside_others,
+    )
 
     backlash = task.u_backlash_um
     priors = priors_of(
@@ -248,9 +255,13 @@ def fitted_references(
         u_backlash=None if backlash is None else backlash * MICROMETRE,
     )
     with progress.working(f"fitting {len(touches)} touches on {len(references)} references"):
-        found = fit_references(
-            touches, references, tip_diameter=setup["tip_diameter"], priors=priors
-        )
+        tip = setup["tip_diameter"]
+        found = fit_references(touches, references, tip_diameter=tip, priors=priors)
+        if np.any(priors.deviations < MachinePriors().deviations):
+            with suppress(PretravelError):  # more unknowns than the touches determine
+                free = fit_references(touches, references, tip_diameter=tip)
+                said = contradicted_priors(free, priors.deviations)
+                found = replace(found, warnings=(*found.warnings, *said))
     with progress.working("qualifying on the round reference"):
         return found, qualified_beside_others(touches, references, found, setup)
 

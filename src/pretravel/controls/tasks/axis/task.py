@@ -111,37 +111,70 @@ class FindAxis(TouchFilesWithFeed, Reported):
         from pretravel.files import read_map
 
         pretravel_map = None if self.map_file is None else read_map(self.map_file)
-        found = self._axis(self.files, pretravel_map, progress)
-        again = self._axis(files_meant(self.check), pretravel_map, progress) if self.check else None
-        answer = FoundAxis(self, found, again, _center_stated(pretravel_map))
+        found, said, notes = self._axis(self.files, pretravel_map, progress)
+        again = None
+        if self.check:
+            again, *more = self._axis(files_meant(self.check), pretravel_map, progress)
+            said, notes = [*said, *more[0], *_same_place(found, again)], notes + more[1]
+        said, notes = ([*dict.fromkeys(each)] for each in (said, notes))
+        answer = FoundAxis(self, found, again, tuple(said), tuple(notes))
         return replace(answer, exit_code=ANSWER) if np.any(answer.ratios >= 1.0) else answer
 
     def _axis(
         self, files: list[Path], pretravel_map: PretravelMap | None, progress: Progress
-    ) -> RotaryAxis:
+    ) -> tuple[RotaryAxis, list[str], list[str]]:
+        """The axis, and what readers and map say of the touches: warnings, notes."""
         import numpy as np
 
         from pretravel.controls.rotary_axes import rotary_axis
 
-        sets, turns = self._sets(files, pretravel_map, progress)
-        points, common = _points(sets, pretravel_map)
+        sets, turns, said = self._sets(files, pretravel_map, progress)
+        points, common, u_point = _points(sets, pretravel_map)
+        warned, notes = _said_of_map(sets, pretravel_map)
         shifted = [own + np.array(self.work) for own in points]
-        return rotary_axis(shifted, turns, self.axis, common)
+        found = rotary_axis(shifted, turns, self.axis, common)
+        self._refuse_other_sphere(found, pretravel_map)
+        return found, [*said, *warned, *_scatter_warnings(found, u_point)], notes
+
+    def _refuse_other_sphere(self, found: RotaryAxis, pretravel_map: PretravelMap | None) -> None:
+        """Refuse a diameter that is not that of the touched sphere; without a map the tip is in it.
+
+        Raises
+        ------
+        PretravelError
+        """
+        if self.diameter is None:
+            return
+        measured = 2.0 * found.radius
+        tip = pretravel_map is None
+        apart = measured - self.diameter
+        if apart < -_OTHER_SPHERE or (not tip and apart > _OTHER_SPHERE):
+            raise PretravelError(
+                f"the sphere has a diameter of {self.diameter:g} mm, and the touches lie on one of "
+                f"{measured:.3f} mm{' with the tip' if tip else ''}: one of them is wrong",
+                inputs=("diameter",) if tip else ("diameter", "map_file"),
+            )
 
     def _sets(
         self, files: list[Path], pretravel_map: PretravelMap | None, progress: Progress
-    ) -> tuple[list[Touches], list[float]]:
-        """Touches of each angle, and the angles [rad]."""
+    ) -> tuple[list[Touches], list[float], list[str]]:
+        """Touches of each angle, the angles [rad], and what the reader says."""
         tip = None if pretravel_map is None else 2.0 * pretravel_map.tip_radius
-        sets, frames = [], []
+        sets: list[Touches] = []
+        frames, said = list[str](), list[str]()
         for path in files:
             one = replace(self, touches=(path,))
             read = one.read_touches(progress, tip_diameter=tip, reference_diameter=self.diameter)
             sets.append(read.in_machine_axes().touches)
             frames.append(read.frame)
-            (sets[-1]).refuse_several()
+            said += read.notes()
+            sets[-1].refuse_several()
+        _refuse_turned_spindle(sets)
         if len(sets) == 1 and self.angles is None:
-            return _by_label(sets[0], files[0])
+            own, turns = _by_label(sets[0], files[0])
+            for turn in turns:
+                self._refuse_other_angle(files[0], frames[0], (), turn / DEGREE)
+            return own, turns, said
         given = () if self.angles is None else self.angles.degrees
         if len(given) != len(sets):
             raise PretravelError(
@@ -149,27 +182,124 @@ class FindAxis(TouchFilesWithFeed, Reported):
                 "their order",
                 inputs=("angles", "touches"),
             )
-        for path, frame, angle in zip(files, frames, given, strict=True):
-            self._refuse_other_angle(path, frame, angle)
-        return sets, [angle * DEGREE for angle in given]
+        for path, frame, labelled, angle in zip(files, frames, sets, given, strict=True):
+            self._refuse_other_angle(path, frame, labelled.labels or (), angle)
+        return sets, [angle * DEGREE for angle in given], said
 
-    def _refuse_other_angle(self, path: Path, frame: str, angle: float) -> None:
-        """Refuse an angle where a column of the file gives the axis another one. [°]"""
+    def _refuse_other_angle(
+        self, path: Path, frame: str, labels: tuple[str, ...], angle: float
+    ) -> None:
+        """Refuse an angle where a column or a label gives the axis another one. [°]"""
         own = rf"(?:^|, ){self.axis}(?![a-z])[^,]* (-?[\d.]+)(?=,|$)"
-        stated = re.search(own, frame, re.IGNORECASE)
-        if stated is None:
-            return
-        apart = (float(stated[1]) - angle + 180.0) % 360.0 - 180.0
-        if abs(apart) > _SAME_ANGLE:
-            raise PretravelError(
-                f"{path}: the file gives {frame}, and the angle {angle:g}° is given for it: one of "
-                "them is wrong",
-                inputs=("angles",),
-            )
+        found = re.search(own, frame, re.IGNORECASE)
+        stated = [] if found is None else [(frame, float(found[1]))]
+        of_labels = [(f"the label {label}", _AT.match(label)) for label in labels]
+        stated += [(where, float(at[1])) for where, at in of_labels if at is not None]
+        for where, degrees in stated:
+            apart = (degrees - angle + 180.0) % 360.0 - 180.0
+            if abs(apart) > _SAME_ANGLE:
+                raise PretravelError(
+                    f"{path}: the file gives {where}, and the angle {angle:g}° is given for it: "
+                    "one of them is wrong",
+                    inputs=("angles",),
+                )
 
 
 _SAME_ANGLE = 0.1
 """Of an angle as it was asked for and as a control shows it. [°]"""
+_OTHER_SPHERE = 0.18
+"""Of two diameters of one sphere: pretravel and tolerance of the tip are less. [mm]"""
+_SAME_PLACE = 0.5
+"""Up to this difference, distances from the axis, or places along it, are one. [mm]"""
+_SCATTERS_MORE = 3.0
+"""Times u of the points: noise from which something is wrong."""
+_WANDERS = 0.02
+"""Wander that only bad axes have. [mm]"""
+
+
+def _refuse_turned_spindle(sets: list[Touches]) -> None:
+    """Refuse touches at several orientations of the spindle: the run-out of the tip moves centres.
+
+    Raises
+    ------
+    PretravelError
+    """
+    from pretravel.maps import orientation_of
+
+    stated = [angle for own in sets if (angle := orientation_of(own)) is not None]
+    other = [angle for angle in stated if 1.0 < (angle - stated[0]) % 360.0 < 359.0]
+    if other:
+        raise PretravelError(
+            f"the spindle is at {stated[0]:g}° in some of these touches and at {other[0]:g}° in "
+            "others: the run-out of the tip and the lobes of the probe turn with it, and move the "
+            "centres of the sphere. Touch at one orientation of the spindle",
+            inputs=("touches",),
+        )
+
+
+def _same_place(found: RotaryAxis, again: RotaryAxis) -> list[str]:
+    """A warning about a check where the sphere is at the same place.
+
+    Raises
+    ------
+    PretravelError
+        The check has the same touches.
+    """
+    import numpy as np
+
+    problem = "they agree whatever the axis is. Move the sphere to another radius"
+    if found.centers.shape == again.centers.shape and np.all(found.centers == again.centers):
+        raise PretravelError(f"the check has the same touches: {problem}", inputs=("check",))
+    along = "ABC".index(found.letter)
+    place = [np.array([one.distance, one.point[along]]) for one in (found, again)]
+    if np.any(np.abs(place[1] - place[0]) > _SAME_PLACE):
+        return []
+    where = f"at the same distance from the axis, {found.distance:.2f} mm"
+    return [f"the touches of the check are {where}: {problem}"]
+
+
+def _said_of_map(
+    sets: list[Touches], pretravel_map: PretravelMap | None
+) -> tuple[list[str], list[str]]:
+    """What touches and map state that does not fit, of feed, orientation and tip; and notes."""
+    from pretravel.measurement import TouchSummary
+
+    if pretravel_map is None:
+        return [], []
+    said, notes = list[str](), list[str]()
+    for own in sets:
+        summary = TouchSummary.of_conditions(own, pretravel_map)
+        said += summary.conditions(pretravel_map)
+        notes += summary.notes(pretravel_map)
+    if not pretravel_map.states_uncertainty:
+        said.append(
+            "this map is a prediction without an uncertainty: u does not contain the difference "
+            "between the described probe and yours"
+        )
+    if not _center_stated(pretravel_map):
+        said.append(
+            "the map does not give the uncertainty of its centre (an earlier version made it). "
+            "The place of the axis contains the part of the pretravel that a sphere does not "
+            "show, most along the probe axis; the uncertainty does not. Qualify again"
+        )
+    return said, notes
+
+
+def _scatter_warnings(found: RotaryAxis, u_point: float | None) -> list[str]:
+    """What noise and wander say, that u contains but that may be a mistake."""
+    said = []
+    if u_point is not None and found.noise > max(_SCATTERS_MORE * u_point, MICROMETRE):
+        said.append(
+            f"the touches scatter by {found.noise / MICROMETRE:.2g} µm about their spheres, and u "
+            f"of a point is {u_point / MICROMETRE:.2g} µm: a gross error, another probe than that "
+            "of the map, or another orientation"
+        )
+    if found.wander > _WANDERS:
+        said.append(
+            f"the centres are {found.wander / MICROMETRE:.2g} µm off their circle: was the sphere "
+            "moved, and are the angles those of the touches?"
+        )
+    return said
 
 
 def _by_label(touches: Touches, path: Path) -> tuple[list[Touches], list[float]]:
@@ -188,20 +318,24 @@ def _by_label(touches: Touches, path: Path) -> tuple[list[Touches], list[float]]
 
 def _points(
     sets: list[Touches], pretravel_map: PretravelMap | None
-) -> tuple[list[np.ndarray], list[Covariance]]:
-    """Surface points of each angle, and what they have in common; tip centres without a map.
+) -> tuple[list[np.ndarray], list[Covariance], float | None]:
+    """Surface points of each angle, what they have in common, and u of a point; tip centres
+    without a map.
 
     The normals are those of the sphere on which the tip's centres lie. Stated normals are those
     of the planned sphere: 0.5 mm next to it they compensate a tip of 6 mm wrong by 2 µm.
     """
     import numpy as np
 
+    from pretravel.maps import refuse_other_orientation
     from pretravel.measurement import REPEATABILITY, apply, point_sources
     from pretravel.touches import Touches
     from pretravel.uncertainty import Covariance
 
     if pretravel_map is None:
-        return [own.positions for own in sets], []
+        return [own.positions for own in sets], [], None
+    for own in sets:
+        refuse_other_orientation(own, pretravel_map)
     feeds = [own.feeds for own in sets if own.feeds is not None]
     every = Touches(
         positions=np.vstack([own.positions for own in sets]),
@@ -218,15 +352,14 @@ def _points(
         # A shift of a centre and a map with one lobe are the same: a place has it, points do not.
         along = points.normals @ pretravel_map.rotation
         common.append(Covariance.full(along @ np.array(of_center) @ along.T))
-    return np.split(points.positions, ends), common
+    u_point = float(np.sqrt(np.mean(points.standard_uncertainty**2)))
+    return np.split(points.positions, ends), common, u_point
 
 
-def _center_stated(pretravel_map: PretravelMap | None) -> bool:
+def _center_stated(pretravel_map: PretravelMap) -> bool:
     """Maps that are predicted or calibrated on a rig have an absolute pretravel."""
     from pretravel.maps import Origin
 
-    if pretravel_map is None:
-        return True
     made = pretravel_map.provenance
     return made.origin is not Origin.QUALIFIED or made.center_covariance is not None
 
@@ -250,8 +383,8 @@ class FoundAxis(Result):
     task : FindAxis
     found : RotaryAxis
     again : RotaryAxis or None
-    center_stated : bool
-        The map states how well it separates its own shape from a centre, or needs not.
+    said, notes : tuple of str
+        What files and map say of the touches, as sentences; notes are of what is not stated.
     exit_code : int
         `ANSWER` where the two radii contradict each other.
     """
@@ -259,7 +392,8 @@ class FoundAxis(Result):
     task: FindAxis
     found: RotaryAxis
     again: RotaryAxis | None
-    center_stated: bool = True
+    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     exit_code: int = 0
 
     @property
@@ -343,22 +477,17 @@ class FoundAxis(Result):
                 ),
             ),
             warnings=self._warnings(),
+            notes=self.notes,
         )
 
     def _warnings(self) -> tuple[str, ...]:
         """What the uncertainty does not contain, and whether two radii agree."""
-        found = []
+        found = list(self.said)
         if self.task.map_file is None:
             found.append(
                 "no map of the probe is given: its pretravel shifts the centre of each sphere, and "
                 "so the place of the axis, most along the probe axis. The uncertainty does not "
                 "contain this shift"
-            )
-        if not self.center_stated:
-            found.append(
-                "the map does not give the uncertainty of its centre (an earlier version made it). "
-                "The place of the axis contains the part of the pretravel that a sphere does not "
-                "show, most along the probe axis; the uncertainty does not. Qualify again"
             )
         if self.exit_code == ANSWER:
             found.append("the two radii contradict each other: see the ratio")

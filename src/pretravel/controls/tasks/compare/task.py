@@ -172,6 +172,24 @@ class Compare(Reported):
             return ComparedProbes(self, compare_designs(*names, self.model))
 
 
+def _not_in_the_map(pretravel_map: PretravelMap) -> list[str]:
+    """What a map does not contain of the errors that are compared."""
+    from pretravel.controls.map_identity import unknown_size
+    from pretravel.maps import is_reversal
+
+    said, made = [], pretravel_map.provenance
+    size = unknown_size(pretravel_map)
+    if size or not made.level_known:
+        why = size or "the mean pretravel is not known, because the tip's diameter was not given"
+        said.append(f"{why}: the errors that the tip radius alone leaves are not known either")
+    if is_reversal(made.orientation):
+        said.append(
+            "the map is from means at two orientations of the spindle (pretravel reversal): these "
+            "are errors of such means. Single touches also have the odd lobes"
+        )
+    return said
+
+
 def _normals_of(part: Path) -> npt.ArrayLike:
     """The normals of a file of touches, targets or points."""
     from pretravel.files import read_directions
@@ -208,7 +226,9 @@ class ComparedMap(Result):
         """The report."""
         from pretravel.controls.tasks.compare.report import comparison_document
 
-        return comparison_document(self.comparison, map_name=Path(self.task.map_file).name)
+        report = comparison_document(self.comparison, map_name=Path(self.task.map_file).name)
+        said = _not_in_the_map(self.pretravel_map)
+        return replace(report, warnings=(*report.warnings, *said))
 
     def write(self, output: str, path: Path) -> None:
         """Write the errors, a row for each correction and place."""

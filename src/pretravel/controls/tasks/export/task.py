@@ -142,6 +142,10 @@ CONTROL_FORM = Field(
     },
 )
 
+_OF_MEANS = (
+    "the map is from means at two orientations of the spindle (pretravel reversal): it corrects "
+    "means alone. Single touches, as a control makes them, keep the odd lobes of the probe"
+)
 _WITHOUT_MACHINE = (
     "the map does not contain the scale, squareness and backlash of the machine, and these files "
     "do not correct them: switch on the machine's own compensation, or compensate with pretravel"
@@ -349,8 +353,9 @@ class Export(Task):
         """
         from pretravel.controls.control import ExportedFiles
         from pretravel.controls.exports import CONTROLS, table_travel
+        from pretravel.controls.map_identity import unknown_size
         from pretravel.files import csv_table_text
-        from pretravel.maps import effective_radius_table
+        from pretravel.maps import effective_radius_table, is_reversal
 
         control = CONTROLS.get(self.to)
         if control is not None:
@@ -359,8 +364,11 @@ class Export(Task):
             table = effective_radius_table(pretravel_map, table_travel(pretravel_map, self.feed))
             remark = "radii in the directions in which the map holds"
             files = ExportedFiles({"": csv_table_text(table)}, remarks=(remark,))
-        without = () if pretravel_map.machine is None else (_WITHOUT_MACHINE,)
-        return ExportedMap(self, files, _statement(self, files), (*files.warnings, *without))
+        cautions = [] if pretravel_map.machine is None else [_WITHOUT_MACHINE]
+        cautions += filter(None, [unknown_size(pretravel_map)])
+        if is_reversal(pretravel_map.provenance.orientation):
+            cautions.append(_OF_MEANS)
+        return ExportedMap(self, files, _statement(self, files), (*files.warnings, *cautions))
 
     def _settings(self, pretravel_map: PretravelMap) -> ExportSettings:
         from pretravel.controls.control import ExportSettings

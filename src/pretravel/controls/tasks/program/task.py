@@ -34,6 +34,7 @@ from pretravel.task import (
 if TYPE_CHECKING:
     from pretravel.base import FloatArray
     from pretravel.controls.program import ProbingProgram
+    from pretravel.files import Machine
     from pretravel.maps import PretravelMap
     from pretravel.surface import Part
 
@@ -230,6 +231,7 @@ class ProgramSphere(ProgramTask):
 
         _check_shank(self.shank, self.diameter)
         known = read_machine(self.machine)
+        _check_tip(known, self.diameter)
         normals = self._directions() @ probe_rotation(rotation=self.turn_deg * DEGREE).T
         middle, radius = np.array(self.center), 0.5 * self.diameter
         rows, labels = _in_passes(len(normals), self.repeats)
@@ -346,6 +348,7 @@ class ProgramAxis(ProgramTask):
 
         _check_shank(self.shank, self.diameter)
         known = read_machine(self.machine)
+        _check_tip(known, self.diameter)
         normals = ring_pattern([angle * DEGREE for angle in self.polar.degrees], self.count)
         obstacle = SphereObstacle(np.array(self.center), 0.5 * self.diameter, self.shank)
         sense = -1 if self.sense == "against" else 1
@@ -387,6 +390,16 @@ def _check_shank(shank: float, diameter: float) -> None:
         raise PretravelError(
             f"a shank of {shank:g} mm: it must be thinner than the sphere",
             inputs=("shank", "diameter"),
+        )
+
+
+def _check_tip(machine: Machine, diameter: float) -> None:
+    tip = 2.0 * machine.tip_radius
+    if tip > diameter:
+        raise PretravelError(
+            f"the tip ({tip:g} mm) is larger than the sphere ({diameter:g} mm): is the diameter in "
+            "mm?",
+            inputs=("diameter",),
         )
 
 

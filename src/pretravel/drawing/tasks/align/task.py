@@ -200,12 +200,14 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         from pretravel.drawing.alignment.alignment_fit import align
         from pretravel.drawing.alignment.tip_centres import TipCentres
         from pretravel.files import map_word
-        from pretravel.measurement import with_step_of_touches
+        from pretravel.maps import refuse_other_orientation
+        from pretravel.measurement import TouchSummary, with_step_of_touches
 
         pretravel_map, coarse = with_step_of_touches(pretravel_map, readings.touches)
+        refuse_other_orientation(readings.touches, pretravel_map)
         tips = TipCentres.of(readings.touches, stated_approaches=not readings.normals_taken)
         extrapolate = self.extrapolate or self.map_file is None
-        start, found_from = self._start(tips), "as given"
+        start, found_from, notes = self._start(tips), "as given", tuple[str, ...]()
         if start is None:
             start = only_placement(tips, part, pretravel_map, extrapolate=extrapolate)
             found_from = "a search over all placements"
@@ -223,8 +225,11 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         if self.map_file is not None:
             used = map_word(self.map_file, pretravel_map)
             alignment = replace(alignment, points=replace(alignment.points, map_used=used))
+            summary = TouchSummary.of_conditions(readings.touches, pretravel_map)
+            coarse += tuple(summary.conditions(pretravel_map))
+            notes = tuple(summary.notes(pretravel_map))
         readings = replace(readings, warnings=(*readings.warnings, *coarse))
-        return AlignedPart(self, readings, alignment, found_from)
+        return AlignedPart(self, readings, alignment, found_from, notes)
 
     def _start(self, tips: TipCentres) -> Placement | None:
         """The start that is stated, or that of the targets; None where there is none."""
@@ -291,25 +296,31 @@ class AlignedPart(Result):
     alignment : Alignment
     found_from : str
         Where the search began.
+    notes : tuple of str
+        What holds where touches or map do not state feed or orientation.
     """
 
     task: Align
     readings: FileReadings
     alignment: Alignment
     found_from: str
+    notes: tuple[str, ...] = ()
 
     def document(self) -> Document:
         """The report."""
+        from dataclasses import replace
+
         from pretravel.drawing.tasks.align.report import alignment_document
 
         task = self.task
-        return alignment_document(
+        report = alignment_document(
             self.alignment,
             touches_name=task.touches_name,
             found_from=self.found_from,
             datums=task.datum,
             warnings=self.readings.notes(),
         )
+        return replace(report, notes=(*self.notes, *report.notes))
 
     def in_brief(self, report: Document) -> Document:
         """Where the part lies, without the deviations."""
@@ -319,7 +330,8 @@ class AlignedPart(Result):
         output = self.task.output
         page = output is not None and output.suffix in PAGES
         note = f"not shown: {left} and notes (see {'the page or --verbose' if page else _MORE})"
-        return replace(report, tables=report.tables[:1], sections=(), notes=(note,))
+        notes = (*self.notes, note)
+        return replace(report, tables=report.tables[:1], sections=(), notes=notes)
 
     def write(self, output: str, path: Path) -> None:
         """Write the placement, or the points in the frame of the part."""

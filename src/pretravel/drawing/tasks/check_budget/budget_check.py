@@ -393,7 +393,8 @@ def _part_touches(
     acting: ActingErrors, generator: np.random.Generator,
 ) -> Touches:  # fmt: skip
     at = surface + truth.tip_radius * normals
-    touches = Touches(at, normals, feeds=feeds)
+    word = truth.provenance.orientation
+    touches = Touches(at, normals, feeds=feeds, orientations=(word,) * len(at) if word else None)
     travel = _travel(truth, touches, acting, generator)
     return replace(touches, positions=at - travel[:, None] * normals)
 

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pretravel.base import MICROMETRE, NOISE, REFERENCE_DIAMETER, U_OF_DIAMETER
+from pretravel.base import MICROMETRE, NOISE, REFERENCE_DIAMETER, U_OF_DIAMETER, PretravelError
 from pretravel.task import (
     ANSWER,
     PAGES,
@@ -41,7 +41,7 @@ _LEVELS: Mapping[str, Literal["good", "caution", "bad"]] = {
 }
 
 
-_NOT_SIMULATED = dict.fromkeys(("prior", "block", "reference", "tip"), ())
+_NOT_SIMULATED = dict.fromkeys(("prior", "block", "reference", "tip", "unknown_size"), ())
 """What is simulated is one tip on one sphere, ring or pin."""
 
 
@@ -141,6 +141,12 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
             self.true_hysteresis_um * MICROMETRE,
             None if self.machine is None else read_touch_scatter(self.machine),
         )
+        if setup.tip_diameter is not None and self.bore <= setup.tip_diameter:
+            raise PretravelError(
+                f"a bore of {self.bore:g} mm is not wider than the tip of {setup.tip_diameter:g} "
+                "mm: give another one",
+                inputs=("bore",),
+            )
         used = readings.touches.take(np.flatnonzero(qualification.used))
         bore = (self.bore, self.bore_touches)
         with progress.working(f"simulating {self.sets} qualifications"):

@@ -293,9 +293,22 @@ class Rig(LaboratoryReport):
             at_reference_temperature(trace, self.temperature, self.expansion * 1e-6)
             for trace in read
         )
-        return traces, tuple(
-            with_marks(rig_touch(trace), marks.get(trace.name, {})) for trace in traces
+        touches = [with_marks(rig_touch(trace), marks.get(trace.name, {})) for trace in traces]
+        return traces, _copies_noted(read, touches)
+
+
+def _copies_noted(traces: Sequence[RigTrace], touches: Sequence[RigTouch]) -> tuple[RigTouch, ...]:
+    """The touches; one whose readings are those of another trace says so."""
+    first: dict[bytes, str] = {}
+    found = []
+    for trace, touch in zip(traces, touches, strict=True):
+        same = first.setdefault(trace.ruler.tobytes() + trace.laser.tobytes(), trace.name)
+        copy = (
+            f"its readings are those of {same}, to the last digit: a copy counts as a repeat, and "
+            "makes scatter and u too small. Leave it out"
         )
+        found.append(touch if same == trace.name else replace(touch, notes=(*touch.notes, copy)))
+    return tuple(found)
 
 
 def _is_damaged(path: Path) -> bool:

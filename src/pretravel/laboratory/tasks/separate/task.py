@@ -209,7 +209,7 @@ class Separate(LaboratoryReport):
             raise PretravelError(_NO_TIP, inputs=("tip_diameter",))
         statements = self.statements()
         repeated = self._repeated()
-        measured, notes = read_multi_step_test(
+        measured, notes, warnings = read_multi_step_test(
             self.files,
             axis=self.axis,
             spindle=None if self.spindle is None else np.radians(self.spindle.degrees).tolist(),
@@ -220,7 +220,7 @@ class Separate(LaboratoryReport):
             found = separate(measured, method=self.method, repeated=repeated, exclude=self.exclude)
         assumed = repeated is not None and self.repeat_count is None
         found = replace(found, notes=(*notes, *found.notes, *((_ASSUMED,) if assumed else ())))
-        return SeparatedErrors(self, found, statements)
+        return SeparatedErrors(self, found, statements, warnings)
 
     @property
     def files(self) -> list[Path]:
@@ -252,11 +252,14 @@ class SeparatedErrors(Result):
     task : Separate
     separation : Separation
     statements : LaboratoryStatements or None
+    warnings : tuple of str
+        Of the reader of touches.
     """
 
     task: Separate
     separation: Separation
     statements: LaboratoryStatements | None = None
+    warnings: tuple[str, ...] = ()
 
     def document(self) -> Document:
         """The report, with what the laboratory states."""
@@ -268,7 +271,7 @@ class SeparatedErrors(Result):
             self.separation,
             readings_name=task.files[0].name,
             pairs=task.pair,
-            warnings=task.statement_warnings(),
+            warnings=[*self.warnings, *task.statement_warnings()],
         )
         return with_laboratory(report, self.statements)
 
