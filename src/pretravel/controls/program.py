@@ -355,7 +355,8 @@ def _checks(
     machine = surroundings.machine
     if machine.work is None:
         unchecked.append(
-            f"the origin of {machine.work_offset}, because the machine file has no [work]"
+            f"the origin of {machine.work_offset}, because the machine file does not give it "
+            "(x_mm, y_mm, z_mm in [work])"
         )
     if surroundings.known:
         known = ", ".join(obstacle.words for obstacle in surroundings.obstacles)

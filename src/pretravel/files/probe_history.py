@@ -234,8 +234,8 @@ def refuse_known_touches(
         if entry[_TOUCHES_ID] == touches.digest:
             raise StaleTouchesError(
                 f"these touches are in the history already, from {entry['touches_file']} on "
-                f"{entry['time']}. The control has written no new log (folder, full disk, "
-                "read-only), or an old file was copied: touch the reference again. To test "
+                f"{entry['time']}. The control has written no new log (wrong folder, disk full "
+                "or read-only), or an old file was copied: touch the reference again. To test "
                 "the same touches once more, leave out the history",
                 path=path,
                 line=entry.number,

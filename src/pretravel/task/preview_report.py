@@ -122,7 +122,7 @@ def results_document(name: str, results: Sequence[FeatureResult], lacking: str =
         title="first results (mm, degrees)",
     )
     plural = "s" if len(results) > 1 else ""
-    touches = KeyFigure("for touches", lacking)
+    touches = KeyFigure("to get touches", lacking)
     return Document(
         title=name,
         verdict=f"{name}: {len(results)} result{plural} of features"

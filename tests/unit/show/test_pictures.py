@@ -87,7 +87,7 @@ class TestHistory:
         assert limit.colour == "limit"
         assert limit.y == pytest.approx(100.0 * result.false_alarm_rate / 3.0)
         assert form.y == pytest.approx(100.0 * result.p_form)
-        assert tests.y.text == "probability without a change / %"
+        assert tests.y.text == "probability by chance / %"
         around = next(m for m in sizes.marks if isinstance(m, LineMark) and "± 3 u" in m.name)
         size, u = result.size.value / MICROMETRE, result.size.u / MICROMETRE
         assert around.y[:2] == pytest.approx([size - 3.0 * u, size + 3.0 * u])

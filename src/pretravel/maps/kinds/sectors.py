@@ -102,7 +102,7 @@ def _sector_values(observation: Observation, centred: FloatArray) -> FloatArray:
             if w == 0.0
         ]
         raise PretravelError(
-            f"no touch near the equator (polar 60° or more) falls into {', '.join(empty)}. A "
+            f"no touch near the equator (polar 60° or more) falls into {' or '.join(empty)}. A "
             "sector table needs touches at every 30° of azimuth; the kinds mean and harmonic need "
             "fewer"
         )

@@ -220,8 +220,8 @@ def _last_day_words(drift: DriftOverTime) -> str:
     u = value_text(changed.u[-1], changed.unit, decimals(2))
     return (
         f", but on the last day {changed.name} is {value} (u = {u}), and the change of the map is "
-        f"more than {value_text(drift.limit / MICROMETRE, 'µm')}: VERIFY AGAIN, and qualify if the "
-        "change remains"
+        f"above the limit of {value_text(drift.limit / MICROMETRE, 'µm')}: VERIFY AGAIN, and "
+        "qualify if the change remains"
     )
 
 
@@ -264,7 +264,11 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         remark = first.quantity.name + ("; far beyond the recorded days" if early > far else "")
         over = _over(drift, early)
         remark += "" if over else _sooner(drift)
-        date = "within the recorded days" if over else _date(drift.moment(early))
+        date = (
+            "may have passed already, within the recorded days"
+            if over
+            else _date(drift.moment(early))
+        )
         found.append(KeyFigure("earliest due date (95 %)", date, remark=remark))
     return tuple(found)
 

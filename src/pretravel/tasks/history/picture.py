@@ -134,7 +134,7 @@ def _tests_chart(entries: Sequence[Entry], number: FloatArray) -> PlaneChart:
                           size=6.0 if index == 0 else 5.0, labels=labels))  # fmt: skip
     return PlaneChart(
         "how likely such differences are by chance", _time_axis(entries),
-        Axis("probability without a change", "%", 0.5 * _LEAST_PERCENT, 200.0, logarithmic=True),
+        Axis("probability by chance", "%", 0.5 * _LEAST_PERCENT, 200.0, logarithmic=True),
         tuple(marks), note=f"Smaller values are drawn at {_LEAST_PERCENT:g} %.",
     )  # fmt: skip
 

@@ -81,9 +81,8 @@ def _of_update(plan: TouchPlan) -> str:
     if not plan.prior.from_center:
         return shown
     return (
-        f"{shown}. Of the error of the centre, which shifts all points alike and cancels in "
-        f"distances, this u contains only {PART_OF_CENTRE_IN_U}; the values above do not contain "
-        "the error of the centre"
+        f"{shown}. The error of the centre shifts all points alike and cancels in distances: this "
+        f"u contains {PART_OF_CENTRE_IN_U}; the values above do not contain it"
     )
 
 

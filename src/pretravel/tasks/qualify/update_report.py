@@ -113,8 +113,8 @@ def _of_centers(result: MapUpdate) -> str:
         for one in (result.pretravel_map, result.prior_map)
     )
     return (
-        f". Of the error of the centre both contain only {PART_OF_CENTRE_IN_U}, which is larger "
-        f"with few touches; without this part {new} and {old} µm"
+        f". The centre has an error, which is larger with few touches: both contain "
+        f"{PART_OF_CENTRE_IN_U}; without it {new} and {old} µm"
     )
 
 

@@ -171,7 +171,8 @@ def cause_text(cause: LikelyCause) -> str:
         ),
         Cause.TIP_SIZE: lambda: (
             f"tip {'larger' if more else 'smaller'} by {amount(0.5 * MICROMETRE, 'µm', 1)} in "
-            "diameter, or a wrong diameter of the reference, or a changed delay"
+            "diameter, a wrong diameter of the reference, or a changed delay (touches alone cannot "
+            "distinguish these three)"
         ),
         Cause.LOOSE: lambda: f"loose stylus or tip: scatter times {amount(1.0, '', 1)}",
         Cause.SOFT_SIDE: lambda: (

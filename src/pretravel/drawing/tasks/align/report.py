@@ -62,7 +62,7 @@ def alignment_document(
     free = alignment.undetermined.shape[1]
     residual = value_text(alignment.scatter / MICROMETRE, "µm")
     verdict = f"{used} of {len(alignment.points)} touches, {how}: residuals {residual} (rms)" + (
-        f"; {free} of 6 motions are not determined" if free else ""
+        f"; {free} of 6 motions {'is' if free == 1 else 'are'} not determined" if free else ""
     )
     return Document(
         title=title,
@@ -205,10 +205,10 @@ def _touches_to_look_at(alignment: Alignment) -> list[str]:
         )
         one = len(alone) == 1
         found.append(
-            f"nothing checks the touch{'' if one else 'es'} {named}: the other touches are too few "
-            f"or nearly on a line, so that {'it' if one else 'each'} determines a motion alone, "
-            "and a gross error, or a touch on another face, would not be seen. Touch again close "
-            "to it"
+            f"nothing checks the touch{'' if one else 'es'} {named}: the others are too few or "
+            f"nearly on a line, so {'this touch' if one else 'each of these touches'} alone "
+            "determines a motion. A gross error, or a touch on another face, would not be seen. "
+            "Touch again close to it"
         )
     return found
 

@@ -77,9 +77,9 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="Kind of feature, such as bore or plane, or by-label, the kind that each label "
-            "names (bore1-1). All kinds: circle, bore, boss, sphere, plane, line, cylinder, cone, "
-            "torus, slot. A bore or boss at several heights is a cylinder.",
+            help="Kind of feature, such as bore or plane; or by-label: each label names its kind "
+            "(bore1-1 is of a bore). All kinds: circle, bore, boss, sphere, plane, line, "
+            "cylinder, cone, torus, slot. A bore or boss at several heights is a cylinder.",
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
             metavar="FEATURE",
@@ -127,8 +127,8 @@ class Measure(LaboratoryReport):
     select: Annotated[
         tuple[str, ...],
         Field(
-            help="Points of one feature (with --group of several), by label with wildcards * and "
-            '?, "bore1*", or by number, 10..21. Each --select is one feature.',
+            help="Points of one feature, by label with wildcards * and ?, "
+            '"bore1*", or by number, 10..21. Each --select is one feature; with --group, several.',
             metavar="LABELS",
             label="Points by label",
             hint="bore1* bore2*: each is one feature; empty: all points",
