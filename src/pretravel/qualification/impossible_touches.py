@@ -340,6 +340,11 @@ def _likely_mistake(
             "The positions look like surface points, already compensated by the tip radius; "
             "tip-centre positions are needed"
         )
+    if setup.ring and abs(implied + tip) < _WRONG_RADIUS:
+        return (
+            "The touches lie around a pin of this diameter, not in a ring. A qualification, also "
+            "with an old map, takes a pin; a verification takes spheres and rings"
+        )
     if abs(implied - 2.0 * tip) < _WRONG_RADIUS:
         return "Was the tip's radius given as its diameter?"
     if abs(fitted_radius - sign * tip - setup.diameter) < _WRONG_RADIUS:

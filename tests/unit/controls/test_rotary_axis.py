@@ -162,7 +162,8 @@ class TestCommand:
         same = [word for path in files for word in ("--check", path)]
         assert "has the same touches" in run("axis", *files, *stated, *same, code=2)
         check = moved(files, 10.0, 0.0)
-        out = run("axis", *files, *stated, *check)
+        left_out = ("--exclude", f"{files[1].name}:3")  # a line of one of the files
+        out = run("axis", *files, *stated, *check, *left_out)
         warnings = FindAxis(touches=(self.LOG,), axis="C").run().document().warnings
         assert any("no map of the probe is given" in warning for warning in warnings)
         assert "check at another radius" in out

@@ -221,6 +221,7 @@ class TestRadius:
         (False, 12.5, "already compensated"), (True, 12.5, "already compensated"),
         (False, 12.5 + 6.0, "tip's radius given"), (True, 12.5 - 6.0, "tip's radius given"),
         (False, 25.0 + 3.0, "sphere's radius given"), (True, 25.0 - 3.0, "ring's radius given"),
+        (True, 12.5 + 3.0, "around a pin of this diameter"),
     ],
 )  # fmt: skip
 def test_a_likely_mistake_is_named_to_a_tenth_of_a_millimetre(

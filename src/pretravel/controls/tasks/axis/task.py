@@ -163,7 +163,7 @@ class FindAxis(TouchFilesWithFeed, Reported):
         sets: list[Touches] = []
         frames, said = list[str](), list[str]()
         for path in files:
-            one = replace(self, touches=(path,))
+            one = replace(self, touches=(path,), exclude=self._excluded_of(path))
             read = one.read_touches(progress, tip_diameter=tip, reference_diameter=self.diameter)
             sets.append(read.in_machine_axes().touches)
             frames.append(read.frame)
@@ -185,6 +185,11 @@ class FindAxis(TouchFilesWithFeed, Reported):
         for path, frame, labelled, angle in zip(files, frames, sets, given, strict=True):
             self._refuse_other_angle(path, frame, labelled.labels or (), angle)
         return sets, [angle * DEGREE for angle in given], said
+
+    def _excluded_of(self, path: Path) -> tuple[str, ...]:
+        """What is excluded of one file: without the lines of the others."""
+        others = {file.name for file in (*self.files, *files_meant(self.check))} - {path.name}
+        return tuple(word for word in self.exclude if word.rpartition(":")[0] not in others)
 
     def _refuse_other_angle(
         self, path: Path, frame: str, labels: tuple[str, ...], angle: float
