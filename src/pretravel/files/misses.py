@@ -234,7 +234,7 @@ def odd_zeros(positions: FloatArray, axis: int) -> list[int]:
     """
     zero = positions[:, axis] == 0.0
     others = np.flatnonzero(~zero)
-    if zero[0] or not zero.any() or len(others) < _FEWEST or np.mean(zero) > _MOST:
+    if not zero.any() or zero[0] or len(others) < _FEWEST or np.mean(zero) > _MOST:
         return []
     across = np.delete(positions, axis, axis=1)
     rows = np.column_stack([np.ones(len(across)), across - across.mean(axis=0)])
