@@ -157,7 +157,7 @@ def read_repeats(
     )
     if not unit_known:
         raise file.error("the table has no unit; give the units, mm or inch", inputs=("units",))
-    warnings = (_ONCE,) if known.name == "probeopen" else ()
+    warnings: tuple[str, ...] = (_ONCE,) if known.name == "probeopen" else ()
     if known in (CSV, PARQUET):
         warnings = _not_read(read_touch_columns(file, looking).table.unread)
     if isinstance(found, FilePositions):
