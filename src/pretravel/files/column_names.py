@@ -427,8 +427,8 @@ def _known() -> dict[str, tuple[str, int]]:
             if len(word) > 1:
                 known |= {letter + word: (f"n{axis}", 1)}
     for axis, letter in zip("xyz", "ijk", strict=True):  # vectors of nominal and measured points
-        for rank, words in ((3, _NOMINAL_WORDS), (4, _MEASURED_WORDS)):
-            for word in words:
+        for rank, of_points in ((3, _NOMINAL_WORDS), (4, _MEASURED_WORDS)):
+            for word in of_points:
                 if len(word) > 1:
                     known.setdefault(word + letter, (f"n{axis}", rank))
                     known.setdefault(letter + word, (f"n{axis}", rank))

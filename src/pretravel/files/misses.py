@@ -179,7 +179,7 @@ def _far_from_nominal(along: FloatArray, lines: Sequence[int]) -> tuple[str, ...
     if not len(rows) or len(rows) > len(along) / _FEWEST_OTHERS:
         return ()
     named = ", ".join(f"line {lines[row]} ({left[row]:+.3f} mm)" for row in rows[:_SHOWN])
-    said = "its distance from its nominal point, along the normal, differs from the others"
+    said = "along the normal, the distance from the nominal point differs from that of the others"
     why = "Is it a miss (the end of a move) or a gross error? If so, leave it out"
     return (f"{said}: {named}. {why}",)
 
@@ -234,7 +234,7 @@ def odd_zeros(positions: FloatArray, axis: int) -> list[int]:
     """
     zero = positions[:, axis] == 0.0
     others = np.flatnonzero(~zero)
-    if zero[0] or not zero.any() or len(others) < _FEWEST or np.mean(zero) > _MOST:
+    if not zero.any() or zero[0] or len(others) < _FEWEST or np.mean(zero) > _MOST:
         return []
     across = np.delete(positions, axis, axis=1)
     rows = np.column_stack([np.ones(len(across)), across - across.mean(axis=0)])

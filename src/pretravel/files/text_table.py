@@ -172,6 +172,8 @@ def read_text_table(
     ]
     split = [(number, cells) for number, cells in split if any(cells)]
     split = _header_in_wide_blanks(split, dict(plain), separator, fewest)
+    if not separator.strip():
+        _refuse_signs_between(file, split)
     return _table(file, split, sorted(comments), (separator, encoding, fewest))
 
 
@@ -473,6 +475,27 @@ def _refuse_lone_signs(file: SourceFile, body: list[tuple[int, list[str]]]) -> N
                     f"{after}), or 0 where the sign is an empty cell",
                     number,
                 )
+
+
+_SIGN_BEHIND = re.compile(r"[\d.,]+[-−]")
+
+
+def _refuse_signs_between(file: SourceFile, split: list[tuple[int, list[str]]]) -> None:
+    """Refuse a minus at the end of a number among blanks, which can be that of the next number.
+
+    Controls print -   91.200 for -91.200, next to the number before. Where the last number of a
+    row has a minus at its end, the minus belongs to the number before it.
+    """
+    signed = [(n, cells) for n, cells in split if any(map(_SIGN_BEHIND.fullmatch, cells))]
+    if not signed or any(_SIGN_BEHIND.fullmatch(cells[-1]) for _, cells in signed):
+        return
+    number, cells = signed[0]
+    place = next(i for i, cell in enumerate(cells) if _SIGN_BEHIND.fullmatch(cell))
+    raise file.error(
+        f"is the minus of '{cells[place]} {cells[place + 1]}' that of the first or of the second "
+        "number? Write each sign together with its number",
+        number,
+    )
 
 
 def _refuse_row_before(

@@ -115,23 +115,27 @@ def joined_axes(lines: Iterable[tuple[int, str]]) -> list[tuple[int, str]]:
     begin = next((i for i, (_, line) in enumerate(stated) if _ONE_AXIS.fullmatch(line)), _TITLES)
     if begin and begin < len(stated) and _OF_A_POINT.fullmatch(stated[begin - 1][1]):
         begin -= 1
-    plain = [(n, line) for n, line in stated[begin:] if not line.startswith(("(", ";"))]
-    rows = [(n, line) for n, line in plain if not _OF_A_POINT.fullmatch(line)]
+    rows, told, names = list[tuple[int, str]](), list[tuple[int, str]](), dict[int, str]()
+    for i, (n, line) in enumerate(stated):
+        named = _OF_A_POINT.fullmatch(line)
+        if i < begin or line.startswith(("(", ";")):
+            told.append((n, line))
+        elif named is None:
+            rows.append((n, line))
+        else:
+            names[len(rows)] = "_".join(named.groups())  # of the touch that follows
     axes = "".join(found[1].upper() for _, line in rows if (found := _ONE_AXIS.fullmatch(line)))
     if begin >= _TITLES or len(axes) < max(len(rows), 3 * _FEWEST_JOINED):
         return every
     if not ("XYZ" * len(rows)).startswith(axes):
         return every
-    names = {
-        n: "_".join(found.groups()) for n, line in plain if (found := _OF_A_POINT.fullmatch(line))
-    }
-    told = [(n, line) for n, line in stated if (n, line) not in rows and n not in names]
-    joined, before = [], 0
-    for i in range(0, len(rows), 3):
-        number, words = rows[i][0], " ".join(line for _, line in rows[i : i + 3])
-        label = next((name for n, name in names.items() if before < n < number), "")
-        joined.append((number, f"{label} {words}".strip()))
-        before = number
+    joined = [
+        (
+            rows[i][0],
+            " ".join([*filter(None, [names.get(i)]), *(line for _, line in rows[i : i + 3])]),
+        )
+        for i in range(0, len(rows), 3)
+    ]
     return sorted([*told, *joined])
 
 

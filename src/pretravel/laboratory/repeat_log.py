@@ -157,9 +157,9 @@ def read_repeats(
     )
     if not unit_known:
         raise file.error("the table has no unit; give the units, mm or inch", inputs=("units",))
-    warnings = (_ONCE,) if known.name == "probeopen" else ()
-    if known in (CSV, PARQUET) and (unread := read_touch_columns(file, looking).table.unread):
-        warnings = (f"columns that are not read: {', '.join(unread)}",)
+    warnings: tuple[str, ...] = (_ONCE,) if known.name == "probeopen" else ()
+    if known in (CSV, PARQUET):
+        warnings = _not_read(read_touch_columns(file, looking).table.unread)
     if isinstance(found, FilePositions):
         log = _of_positions(file, found, axis, warnings)
     else:
@@ -214,8 +214,13 @@ def _one_coordinate(file: SourceFile, options: ReadingOptions) -> RepeatLog | No
         for key in several
         if len(rows := np.flatnonzero([own == key for own in keys]))
     ]
-    told = tuple(found_columns.notes)
+    told = (*found_columns.notes, *_not_read(found.unread))
     return _checked(file, *_repeated(series), f"the axis {there[0]}", told)
+
+
+def _not_read(titles: Sequence[str]) -> tuple[str, ...]:
+    """A sentence that names columns."""
+    return (f"columns that are not read: {', '.join(titles)}",) if titles else ()
 
 
 _CONDITIONS = {"feed_mm_min": "{:g} mm/min", "spindle_deg": "spindle {:g}°"}

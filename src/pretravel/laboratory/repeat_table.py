@@ -43,10 +43,14 @@ _DIFFERENCE = re.compile(
 """Titles of columns that are computed from the reading in the same row."""
 _OTHER = re.compile(
     r"\b(?:temp\w*|time|zeit|date|datum|force|feed\w*|speed|vorschub|humidity|volt\w*|tol\w*|"
-    r"nom\w*|soll\w*|mean|average|avg|mittel\w*|range|sigma|std\w*|spindle|angle|winkel)\b|°",
+    r"nom\w*|soll\w*|mean|average|avg|mittel\w*|range|sigma|std\w*|limit|grenz\w*|usl|lsl|upper|lower|rh|spindle|angle|winkel)\b|°",
     re.IGNORECASE,
 )
 """Titles of numbers that are not readings."""
+_OTHER_UNIT = re.compile(
+    r".*[\[(/ ](?:°?[CKF]|%|s|sec|ms|min|h|N|mN|m?V|bar|h?Pa|rpm)[\])]?", re.IGNORECASE
+)
+"""Titles whose unit is not one of length."""
 _CONDITION = re.compile(r"\b(?:feed\w*|speed|vorschub|spindle|angle|winkel)\b", re.IGNORECASE)
 """Of these, such on which a reading depends."""
 _MISSED = re.compile(
@@ -253,6 +257,7 @@ def _kinds_of_columns(text: TextTable) -> tuple[list[int], list[int], list[int]]
             or _CONDITION.search(title)
             or _DIFFERENCE.match(title)
             or _OTHER.search(title)
+            or _OTHER_UNIT.fullmatch(title)
         ):
             unread.append(i)
         else:

@@ -75,7 +75,7 @@ def test_a_touch_elsewhere_on_its_normal_is_named() -> None:
     last = "G800 N5 X50. Y10. Z0. I0. J0. K1.\nG801 N5 X50. Y10. Z-4. R3.\n"
     file = SourceFile("a.txt", f"START\n{_FUSION}{last}END\n".encode())
     told = read_readings(file, ReadingOptions(units="mm")).warnings
-    assert any("than the others do: line 11 (-7.002 mm)" in said for said in told)
+    assert any("differs from that of the others: line 11 (-7.002 mm)" in said for said in told)
 
 
 def test_tip_centres_behind_their_surface_are_named() -> None:

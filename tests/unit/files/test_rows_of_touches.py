@@ -8,7 +8,9 @@ from __future__ import annotations
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files.file_format import FileReadings, ReadingOptions
+from pretravel.files.file_format import FilePositions, FileReadings, ReadingOptions
+from pretravel.files.format_registry import format_of
+from pretravel.files.preview import look_at
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
 
@@ -209,6 +211,21 @@ def test_titles_in_other_languages(header: str, role: str) -> None:
 def test_a_title_of_unknown_words_is_no_coordinate() -> None:
     with pytest.raises(InputError, match="names no coordinate"):
         _read("Xбаза,Yбаза,Zбаза\n1,2,3\n2,2,3\n")
+
+
+def test_a_minus_between_two_numbers_is_asked_for() -> None:
+    """Controls print blanks for leading zeros after the sign, next to the number before."""
+    with pytest.raises(InputError, match=r"line 1: is the minus of '128.474- 91.200' that of the"):
+        _read("   128.474-   91.200    12.005\n   130.474-   91.207    12.003\n")
+    found = _read("128.474- 91.200 12.005-\n130.474 91.207 12.003-\n").touches
+    assert found.positions.tolist() == [[-128.474, 91.2, -12.005], [130.474, 91.207, -12.003]]
+
+
+def test_a_log_of_misses_alone_can_be_looked_at() -> None:
+    file = SourceFile("a.log", b"[PRB:1.0,2.0,3.0:0]\n[PRB:2.0,2.0,3.0:0]\n")
+    found, _ = look_at(file, ReadingOptions(units="mm"), format_of(file))
+    assert isinstance(found, FilePositions)
+    assert len(found.misses()) == 2
 
 
 def test_coordinates_in_rows_are_refused() -> None:

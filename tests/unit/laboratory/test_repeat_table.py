@@ -88,6 +88,9 @@ def test_a_comma_with_two_meanings_is_asked_for() -> None:
 def test_columns_that_are_not_read_are_named_for_coordinates_too() -> None:
     told = _read("Angle,X,Y,Z\n" + _rows("{i},1,2,{z}"), "mm").warnings
     assert "columns that are not read: Angle" in told
+    found = _read("n;z;T [C];RH\n" + _rows("{i};{z};2{i}.1;45"), "mm")
+    assert len(found.series) == 1
+    assert any("T [C]" in said and "RH" in said for said in found.warnings)
 
 
 def test_what_is_not_read_is_named() -> None:
