@@ -92,7 +92,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
 
 def _shown(method: str) -> str:
     return (
-        "map (max: twice the largest u; rms: rms of u)"
+        "map (twice the largest u as max, rms of u)"
         if method == FULL_MAP
         else _SHOWN.get(method, method)
     )
