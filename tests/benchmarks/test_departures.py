@@ -369,11 +369,12 @@ def test_features_are_compared_with_the_truth(capsys: pytest.CaptureFixture[str]
 
 def test_refusals_are_counted_and_not_averaged() -> None:
     good = Outcome("baseline", 0, 1.0, error=0.3, error_here=0.4, u=0.3, chi_squared=2.0)
+    good = replace(good, covered=0.9)
     bad = Outcome("baseline", 1, 1.0, refused="too few touches")
-    said = replace(good, chi_squared=3.0, warnings=("doubtful by 3.5 µm",))
+    said = replace(good, chi_squared=3.0, covered=0.8, warnings=("doubtful by 3.5 µm",))
     cells = table.summary([good, said, bad])
     assert (cells["refused"], cells["warned"], cells["chi"]) == ("33", "50", "2.50")
-    assert cells["warned_wrong"] == "50 of 2"
+    assert (cells["warned_wrong"], cells["covered"]) == ("50 of 2", "85.0")
     assert cells["own_wrong"] == "50"
     always = table.routine_sentences([said, replace(said, warnings=("doubtful by 4 µm",)), good])
     assert table.summary([good, said, bad], always)["own_wrong"] == "0"
