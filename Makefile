@@ -13,9 +13,8 @@ SINGLE := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist loadfile \
 	--no-loadscope-reorder --durations=10
 # On a bare installation, on a real LinuxCNC, in a real browser, of the site and its pages, with damaged files, of benchmarks,
-# against published numbers, and with meshes of whole probes.
-SYSTEM := tests/core tests/machine tests/browser tests/docs tests/hard tests/benchmarks tests/validation \
-	$(addprefix tests/laws/test_,finite_elements.py threefold_symmetry.py full_contact.py seat_friction.py)
+# and against published numbers.
+SYSTEM := tests/core tests/machine tests/browser tests/docs tests/hard tests/benchmarks tests/validation
 # What libraries do for us: files, tables, pictures, settings, shapes, maps.
 OLDEST := $(addprefix tests/unit/,files tasks cli show maps surface \
 	design/test_run.py design/test_plan.py design/test_outputs.py design/test_workers.py design/test_sensitivity.py)
@@ -49,10 +48,11 @@ check: $(STAMP)  ## everything that must pass before a commit, but check-system
 	$(MAKE) --no-print-directory test; tests=$$?; \
 	wait $$read; read=$$?; cat .mypy_cache/output; [ $$tests = 0 ] && [ $$read = 0 ]
 
-check-system: linuxcnc-if-possible browser-if-possible $(STAMP)  ## the tests of a bare installation, on LinuxCNC, in a browser, of the site, with damaged files and whole meshes, and against published numbers
+check-system: linuxcnc-if-possible browser-if-possible $(STAMP)  ## the tests of a bare installation, on LinuxCNC, in a browser, of the site, with damaged files, against published numbers, and the longer ones
 	$(TESTS) -m "not slow" $(SYSTEM) || { \
 		echo "What failed runs once more: a control or a browser can starve on a busy computer."; \
 		$(TESTS) -m "not slow" --last-failed --last-failed-no-failures none $(SYSTEM); }
+	$(TESTS) -m "long and not slow" tests/unit tests/laws
 
 check-all: linuxcnc-if-possible browser-if-possible lint types contracts $(STAMP)  ## all tests with the slow ones, kernels, benchmarks, single faults in the code, and the built package
 	$(TESTS) -m "slow or not slow"
@@ -82,7 +82,7 @@ contracts: $(STAMP)
 	$(BIN)/lint-imports
 
 test: $(STAMP)  ## the tests and doctests
-	$(TESTS) -m "not slow" $(SYSTEM:%=--ignore=%)
+	$(TESTS) -m "not slow and not long" $(SYSTEM:%=--ignore=%)
 
 docs: $(STAMP)  ## build the site of the documentation into docs/_build/site; a warning is an error
 	$(SINGLE) $(BIN)/sphinx-build --quiet --fresh-env --fail-on-warning --keep-going --nitpicky docs docs/_build/site

@@ -97,6 +97,6 @@ COARSE_IN_CHECK = ("finite_elements.md", "test_every_compliance_model.py")
 @pytest.fixture(autouse=True)
 def _coarse_models(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """The default mesh is taken with the slow tests, a coarse one in make check."""
-    quick = request.config.option.markexpr == "not slow"
+    quick = "not slow" in request.config.option.markexpr
     if quick and request.node.path.name in COARSE_IN_CHECK:
         models_by_name_are_coarse(monkeypatch)

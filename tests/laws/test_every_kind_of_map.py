@@ -114,6 +114,7 @@ def test_every_basis_has_a_map_here() -> None:
     assert all(_map(name).kind == name for name in kinds())
 
 
+@pytest.mark.long
 @every_kind
 @settings(max_examples=10)
 @given(seeds)
@@ -256,6 +257,7 @@ def test_the_constant_raises_all_directions_alike(name: str, height: float) -> N
     assert np.allclose(difference, height, atol=1e-13)
 
 
+@pytest.mark.long
 @every_kind
 def test_the_form_on_a_control_evaluates_to_the_map(name: str) -> None:
     made = _map(name)

@@ -46,6 +46,8 @@ from pretravel.prediction.trigger import predict
 from pretravel.six_seats.event import trigger_force
 from tests.support.coarse_models import COARSE, coarse_model, coarse_reduced
 
+pytestmark = pytest.mark.long  # meshes of whole probes
+
 DIRECTIONS = from_angles(
     np.radians([90.0, 90.0, 50.0, 20.0, 70.0]), np.radians([0.0, 60.0, 20.0, 100.0, 213.0])
 )

@@ -36,6 +36,8 @@ from tests.support import full_contact as full
 from tests.support.coarse_models import coarse_model
 from tests.support.full_contact import FullContact, contact_state, full_contact
 
+pytestmark = pytest.mark.long  # meshes of whole probes
+
 DIRECTIONS = from_angles(
     np.radians([90.0, 90.0, 50.0, 90.0, 20.0]), np.radians([0.0, 60.0, 20.0, 180.0, 100.0])
 )

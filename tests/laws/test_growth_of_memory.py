@@ -52,6 +52,7 @@ def _exponent(job: Callable[[int], Callable[[], object]], small: int, large: int
     return math.log(_peak(job(large)) / _peak(job(small))) / math.log(large / small)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["harmonic", pytest.param("physical", marks=pytest.mark.slow)])
 def test_a_qualification_needs_memory_in_proportion_to_its_touches(kind):
     def job(count: int) -> Callable[[], object]:

@@ -16,6 +16,7 @@ TRUTH = {"bore": 20.0, "boss": 20.0, "cylinder": 20.0, "sphere": 25.0}
 U_DIAMETER = 2e-4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("probes", [3, pytest.param(16, marks=pytest.mark.slow)])
 def test_errors_of_features_have_the_stated_size(probes: int) -> None:
     """Other probe, other sphere within its certificate and other noise in each run.

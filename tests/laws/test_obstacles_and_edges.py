@@ -74,6 +74,7 @@ class TestObstacles:
         status = _status(part, wall, [1.0, 0.0, 0.0], radius, clearance=5.0)
         assert np.all(status == TouchStatus.OTHER_FACE)
 
+    @pytest.mark.long
     def test_under_a_thin_roof(self, tmp_path: Path) -> None:
         """0.2 mm thick, 1 mm above the floor, on a part of 600 mm; for ball and stem."""
         from netgen.occ import Box
@@ -90,6 +91,7 @@ class TestObstacles:
         blocked = _status(part, floor, UP, 0.75, clearance=0.5, stylus=stem)
         assert np.all(blocked == TouchStatus.STEM)
 
+    @pytest.mark.long
     @pytest.mark.parametrize("clearance", [16.0, 20.0, 30.0])
     def test_down_a_slot_that_is_hardly_wider(self, clearance: float, tmp_path: Path) -> None:
         """2.004 mm for a ball of 2 mm: it can slide down along both walls as far as the bridge."""

@@ -68,6 +68,7 @@ def name(request: pytest.FixtureRequest) -> str:
 
 
 class TestHealthyProbe:
+    @pytest.mark.long
     def test_all_touches_and_no_law_broken(self, name: str) -> None:
         judged = PROGRAMS[name]()
         trace = judged.run()
@@ -168,6 +169,7 @@ class TestFaultsAtEveryTouch:
         assert trace.ended != "end"
         assert broken(name, judged, trace) == []
 
+    @pytest.mark.long
     def test_false_trip_on_each_straight_way(self, name: str) -> None:
         judged = PROGRAMS[name]()
         for first, last in judged.plan.segments:
@@ -194,6 +196,7 @@ class TestMissesThatAreAllowed:
 
     LAWS = tuple(law for law in LAWS if law is not stops_at_a_miss)
 
+    @pytest.mark.long
     def test_one_miss_is_left_out(self) -> None:
         judged = part_program(allow_misses=True)
         for number in range(2, len(judged.plan.touches) + 1):
@@ -296,6 +299,7 @@ class TestModes:
             assert (trace.ended == "end") == (fault is None), trace.error
             assert trace.after.tool_offset == pytest.approx(length, abs=1e-9)
 
+    @pytest.mark.long
     def test_esc_at_any_move_leaves_nothing_behind(self) -> None:
         """The control discards what is left; its handler gives back what was active."""
         modes = Modes(units="G20", distance="G91", feed=100.0, adaptive_feed=True)

@@ -248,6 +248,7 @@ def _run(inputs: Inputs) -> str:
     return ""
 
 
+@pytest.mark.long
 @every_quick_screen
 def test_every_task_takes_or_refuses_every_file(name: str, dropped: dict[str, Path]) -> None:
     """It runs with the files that belong there; a script is never executed."""

@@ -17,6 +17,7 @@ from pretravel.touches import Touches
 from tests.support.plain_qualification import qualify_plainly as qualify
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("repeats", "axis"),
     [(3, (1.0, 0.0, 0.0)), pytest.param(1, (0.0, 0.0, 1.0), marks=pytest.mark.slow)],
@@ -74,6 +75,7 @@ def test_noise_free_sectors_return_the_table(off: float) -> None:
     assert result.center[0] == pytest.approx(off, abs=limit)
 
 
+@pytest.mark.long
 @settings(max_examples=8)
 @given(st.integers(0, 10_000))
 def test_frame_invariance_of_a_qualification(seed: int) -> None:

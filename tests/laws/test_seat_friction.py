@@ -25,6 +25,8 @@ from pretravel.prediction.trigger import predict, predicted_map
 from pretravel.six_seats.hertz import rod_on_ball_coefficient
 from tests.support.coarse_models import coarse_reduced_sixth
 
+pytestmark = pytest.mark.long  # meshes of whole probes
+
 DIRECTIONS = from_angles(
     np.radians([90.0, 90.0, 90.0, 50.0, 25.0]), np.radians([0.0, 20.0, 60.0, 100.0, 213.0])
 )

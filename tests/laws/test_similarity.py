@@ -71,6 +71,7 @@ def test_similar_probes_move_in_proportion_to_their_size(
         assert other.shares[name] == pytest.approx(size * share, rel=1e-9, abs=1e-15), name
 
 
+@pytest.mark.long
 def test_similar_probes_have_similar_friction() -> None:
     """Slip and stick follow from ratios of forces, so that a whole cycle is similar."""
 

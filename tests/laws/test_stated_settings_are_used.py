@@ -220,6 +220,7 @@ def recorded(task: Task) -> Iterator[set[str]]:
         yield seen
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("line", RUNS)
 def test_what_a_mode_accepts_is_looked_at(line: str, folder: Path) -> None:
     del folder

@@ -138,6 +138,7 @@ _WRONG: tuple[Any, ...] = (
 )  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["wozniak", "harmonic with delay"])
 def test_wild_content_with_a_digest_that_fits(name: str) -> None:
     """Everyone can make one: each value is refused, or makes a map with finite values."""

@@ -29,6 +29,8 @@ from pretravel.prediction.description import Probe
 from pretravel.prediction.trigger import predict
 from tests.support.coarse_models import COARSE, coarse_reduced, coarse_reduced_sixth, coarse_sixth
 
+pytestmark = pytest.mark.long  # meshes of whole probes
+
 COARSER = MeshSettings(refinement=0.2, grading=1.0)
 
 

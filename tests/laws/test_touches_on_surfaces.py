@@ -361,6 +361,7 @@ class TestStepByStep:
             rates = np.log2(np.abs(np.array(errors[:-1]) / np.array(errors[1:])))
             assert rates == pytest.approx(1.0, abs=0.15)
 
+    @pytest.mark.long
     def test_seats_that_give_slow_the_convergence(self) -> None:
         """Near the trigger an opening seat deforms as N^(2/3). Over the last step h the tip slides
         as h^(2/3), and the error has the same order when this slide is its largest part."""

@@ -92,6 +92,7 @@ def _qualified(size: int) -> Callable[[], object]:
     return lambda: qualify(touches, 25.0, tip_diameter=6.0, kind="harmonic")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("made", "sizes"),
     [

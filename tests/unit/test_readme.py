@@ -44,6 +44,7 @@ def test_no_command_replaces_the_file_of_another() -> None:
     assert sorted(set(names)) == sorted(names)
 
 
+@pytest.mark.long
 def test_the_first_path_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Four commands; the last ones show what the page promises."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")

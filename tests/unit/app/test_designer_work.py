@@ -130,6 +130,7 @@ def test_both_designs_have_rings_of_finite_elements() -> None:
             assert ring["marker"]["color"] == line["line"]["color"]
 
 
+@pytest.mark.long
 def test_no_report_names_a_file_that_nobody_saved(tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_text(description_text("omp40-2"), encoding="utf-8")

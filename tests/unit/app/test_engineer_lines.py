@@ -53,6 +53,7 @@ SETTINGS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SETTINGS)
 def test_commands_and_python_lines_do_what_the_screen_does(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

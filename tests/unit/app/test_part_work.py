@@ -115,6 +115,7 @@ def bracket(tmp_path_factory: pytest.TempPathFactory) -> tuple[PartResult, dict[
     return compensate_part(Inputs({"aligned": True}, files | {"map": (made,)})), files
 
 
+@pytest.mark.long
 def test_a_part_that_lies_anywhere_as_on_the_command_line(
     bracket: tuple[PartResult, dict[str, tuple[Path]]],
     tmp_path: Path,

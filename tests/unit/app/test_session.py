@@ -85,6 +85,7 @@ def test_of_many_projects_those_that_no_tab_shows_are_closed() -> None:
     asyncio.run(use())
 
 
+@pytest.mark.long
 def test_closed_projects_do_not_wait_in_memory_for_the_collector() -> None:
     """Thirty projects of 20 MB took 742 MB: few objects are made, so that it seldom runs."""
 

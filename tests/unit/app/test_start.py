@@ -54,6 +54,7 @@ def _started(folder: Path, host: str) -> Iterator[tuple[str, str]]:
 
 
 # The tests in a browser start it on this computer alone.
+@pytest.mark.long
 @pytest.mark.parametrize("host", ["0.0.0.0", pytest.param("127.0.0.1", marks=pytest.mark.slow)])
 def test_no_process_is_given_the_token(tmp_path: Path, host: str) -> None:
     """Other users read command lines; a page of the user alone forwards the browser, and is gone

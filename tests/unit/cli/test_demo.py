@@ -42,6 +42,7 @@ def _compare_quickly(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(demonstration, "_qualified", quick)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_demo(whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if not whole:

@@ -44,6 +44,7 @@ def points(folder: Path) -> Points:
     return pretravel.read_points(folder / "points.csv")
 
 
+@pytest.mark.long
 def test_three_commands_to_the_lines(folder: Path) -> None:
     told = run("measure", folder / "points.csv", "--drawing", folder / "drawing.toml", "--part",
                MODEL, "--u-machine", 1, code=3)  # fmt: skip
@@ -69,6 +70,7 @@ def test_faces_of_points(points: Points) -> None:
     assert len(points[points.face == 12]) == 8
 
 
+@pytest.mark.long
 def test_python_gives_the_same(folder: Path, points: Points) -> None:
     part = pretravel.read_part(MODEL)
     drawing = pretravel.read_drawing(folder / "drawing.toml")
@@ -107,6 +109,7 @@ def test_numbers_have_the_digits_of_their_u(folder: Path, points: Points) -> Non
     assert len(read_off.partition(".")[2]) == 5
 
 
+@pytest.mark.long
 def test_the_picture_has_a_flag_for_what_fails(folder: Path, points: Points) -> None:
     """Above the part, whose top is at 20 mm: a bore that was touched 14 mm below it, too."""
     part = pretravel.read_part(MODEL)
@@ -191,6 +194,7 @@ def test_an_angle_is_that_of_the_drawing(drawn: float) -> None:
 class TestThePartWasChanged:
     """After the drawing or the points were made: the answer says where they differ."""
 
+    @pytest.mark.long
     def test_a_bore_that_was_moved(self, folder: Path, tmp_path: Path) -> None:
         moved = tmp_path / "moved.step"  # by 1 mm in y
         moved.write_text(re.sub(r"\((6[59]\.),14\.,", r"(\1,15.,", MODEL.read_text()))
@@ -199,6 +203,7 @@ class TestThePartWasChanged:
         said = "cylinder14: its place in the drawing is 1.000 mm from face 14 of moved.step"
         assert [said in row for row in warned.splitlines() if "in the drawing is" in row] == [True]
 
+    @pytest.mark.long
     def test_touches_of_another_face(self, folder: Path, points: Points) -> None:
         assert points.face is not None
         other = points.face.copy()

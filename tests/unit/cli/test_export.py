@@ -68,6 +68,7 @@ class TestExportCommand:
         for text in (path.read_text() for path in out.iterdir()):
             assert max(map(len, text.splitlines())) <= 250
 
+    @pytest.mark.long
     def test_a_text_of_the_map_is_no_line_of_a_program(self, tmp_path: Path) -> None:
         """No line of any file moves or switches anything, whatever the map says of its source."""
         path = tmp_path / "smuggled.json"

@@ -26,6 +26,7 @@ def invoke(*arguments: str) -> str:
     return result.output
 
 
+@pytest.mark.long
 def test_fem_says_what_it_built_and_writes_what_paraview_reads(tmp_path: Path) -> None:
     vtu, png = tmp_path / "out.vtu", tmp_path / "out.png"
     said = invoke(
@@ -65,6 +66,7 @@ def test_fem_stress_is_where_the_force_goes(tmp_path: Path) -> None:
     assert 2.0 < stress[near_root].max() < 3.1
 
 
+@pytest.mark.long
 def test_fem_writes_its_solids(tmp_path: Path) -> None:
     from netgen.occ import OCCGeometry
 

@@ -33,6 +33,7 @@ def month(
     return folder
 
 
+@pytest.mark.long
 def test_a_month_with_drift(tmp_path: Path) -> None:
     """0.1 µm a day: the map is 2 µm off on 21 March. u of the slope is 0.009 µm/day (0.1 µm over
     12 days), so that the date is known to 3 days; the error of the first day's map is 1 day."""
@@ -51,6 +52,7 @@ def test_a_month_with_drift(tmp_path: Path) -> None:
     assert coloured_share(tmp_path / picture) > 0.001
 
 
+@pytest.mark.long
 def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
     logs = month(tmp_path / "logs", 5)
     (logs / "sphere_2026-03-02.csv").write_text("x_mm,y_mm\n1,2\n")
@@ -98,6 +100,7 @@ def test_copies_future_dates_and_conditions_of_days_are_named(tmp_path: Path) ->
     assert "sphere_2026-03-04.csv:" not in told
 
 
+@pytest.mark.long
 def test_a_jump_begins_the_trend_anew(tmp_path: Path) -> None:
     logs, table = month(tmp_path / "logs", 14, jump=(8, 0.005)), tmp_path / "h.csv"
     told, _ = both_outputs("history", logs, *SPHERE, "--limit", 3, "-o", table, "--verbose")
@@ -107,6 +110,7 @@ def test_a_jump_begins_the_trend_anew(tmp_path: Path) -> None:
     assert [row["series"] for row in rows(table)] == 8 * ["1"] + 6 * ["2"]
 
 
+@pytest.mark.long
 def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
     probe, start = tmp_path / "probe.jsonl", datetime(2026, 3, 1, 8, tzinfo=UTC)
     for day in range(8):

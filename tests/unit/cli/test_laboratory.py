@@ -67,6 +67,7 @@ def _command(name: str, points: Path) -> list[object]:
 COMMANDS = ("qualify", "check", "measure", "separate", "rig")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_page_contains_what_the_laboratory_states(
     name: str, lab: Path, points: Path, tmp_path: Path
@@ -107,6 +108,7 @@ def test_json_contains_what_the_laboratory_states(
         assert stated["Serial number of the reference"] == "not stated"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", COMMANDS)
 def test_what_no_output_contains_is_warned_of(name: str, lab: Path, points: Path) -> None:
     warned = both_outputs(*_command(name, points), "--lab", lab)[1]

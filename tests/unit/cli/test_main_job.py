@@ -24,6 +24,7 @@ def _share_of_sector(normals: np.ndarray, twelfth: int) -> np.ndarray:
 
 
 class TestMainJob:
+    @pytest.mark.long
     def test_qualify_then_compensate(self, tmp_path: Path) -> None:
         saved, points = tmp_path / "map.json", tmp_path / "points.csv"
         text = run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved,
@@ -89,6 +90,7 @@ class TestMainJob:
         assert np.count_nonzero(told) > 50
         assert pretravel[told] == pytest.approx(expected[told], abs=1e-9)
 
+    @pytest.mark.long
     def test_without_a_tip_diameter_points_are_the_same_but_for_the_height(
         self, tmp_path: Path
     ) -> None:
@@ -135,6 +137,7 @@ class TestMainJob:
         assert "50 mm/min" in result.stderr
 
 
+@pytest.mark.long
 def test_pages(tmp_path: Path) -> None:
     """The page is one file that contains the numbers and a picture."""
     saved = tmp_path / "map.json"

@@ -126,6 +126,7 @@ def test_one_limit_alone(points_file: Path, tmp_path: Path, limit: str, fails: s
         assert (row["upper"] == "") == limit.endswith("..")
 
 
+@pytest.mark.long
 def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> None:
     page, picture, values = (tmp_path / f"bore.{e}" for e in ("html", "png", "json"))
     command = ["measure", points_file, "--feature", "bore", "--select", "bore1*",
@@ -159,6 +160,7 @@ def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> No
     assert by_name["measured range"]["u"] is None
 
 
+@pytest.mark.long
 def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path) -> None:
     """Neither the verdict nor any file says "conforms" where u contains the probing alone."""
     command = ["measure", points_file, "--feature", "bore", "--group", "--tolerance", "20..20.021"]
@@ -207,6 +209,7 @@ def test_messages(points_file: Path, arguments: list[object], message: str) -> N
     assert re.search(message, text.replace("\n", " ")), text
 
 
+@pytest.mark.long
 def test_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every command of docs/how-to/measure-a-bore.md runs, with the verdicts of known bores."""
     guide = (EXAMPLES.parents[1] / "docs/how-to/measure-a-bore.md").read_text(encoding="utf-8")
@@ -416,6 +419,7 @@ def test_a_drawing_that_contradicts_itself_or_the_part_in_its_unit(
     assert re.search(message, told), told
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ["csv", "nc", "json", "parquet"])
 def test_points_state_their_map_and_one_that_changed_is_named(ending: str, tmp_path: Path) -> None:
     points, made = tmp_path / f"points.{ending}", tmp_path / "map.json"

@@ -115,6 +115,7 @@ def test_nothing_is_done_before_the_refusal() -> None:
     assert Path("a.png").read_bytes() == PROGRAM
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("plot", ["a.png", "a.svg"])
 def test_pictures_and_pages_are_replaced(plot: str) -> None:
     predict = ("predict", "omp40-2", "--azimuth", "0:330:30", "--polar", 90)

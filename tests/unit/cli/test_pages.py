@@ -86,6 +86,7 @@ class TestPdf:
         run("probes", "-o", tmp_path / "p.pdf", code=2)
         assert not (tmp_path / "ran").exists()
 
+    @pytest.mark.long
     def test_a_browser_prints_it(self, tmp_path: Path) -> None:
         if not any(map(shutil.which, (*BROWSERS, "weasyprint"))):
             pytest.skip("no browser and no weasyprint on this machine")
@@ -93,6 +94,7 @@ class TestPdf:
         assert (tmp_path / "p.pdf").read_bytes()[:5] == b"%PDF-"
 
 
+@pytest.mark.long
 def test_every_report_can_be_bound_from_its_values(tmp_path: Path) -> None:
     """Of qualify .json is the map, of probes it is nothing; .report.json is the report of both."""
     made = tmp_path / "q.report.json"

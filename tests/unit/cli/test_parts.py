@@ -44,6 +44,7 @@ class TestThereAndBack:
         # Another model is another probe.
         assert np.abs(self._deviation(tmp_path, touches, "--map", "omp40-2")).max() > 0.5
 
+    @pytest.mark.long
     def test_in_the_machines_frame(self, tmp_path: Path) -> None:
         place = ("--place", "100,-50,20,5,-8,30", "--frame", "machine")
         touches = self._touches(tmp_path, *place)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from pretravel.base.directions import fibonacci_cap
 from pretravel.files.map_file import read_map, write_map
@@ -17,6 +18,7 @@ from tests.support.pictures import coloured_share
 from tests.support.reference_touches import sphere_touches
 
 
+@pytest.mark.long
 def test_plan_touch_and_update(tmp_path: Path) -> None:
     old = example_map("harmonic")
     write_map(tmp_path / "old.json", old)
@@ -40,6 +42,7 @@ def test_plan_touch_and_update(tmp_path: Path) -> None:
     assert np.abs(new.pretravel(normals) - old.pretravel(normals)).max() < 1e-3
 
 
+@pytest.mark.long
 def test_an_updated_physical_map_goes_to_a_control_as_a_table(tmp_path: Path) -> None:
     """Its coefficients of the derivatives are not zero: there is no closed form for the control."""
     old = example_map("physical")

@@ -7,6 +7,8 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
+import pytest
+
 from pretravel.files.machine_file import read_machine
 from pretravel.files.map_file import write_map
 from tests.support.commands import both_outputs, rows, run
@@ -46,6 +48,7 @@ class TestCommands:
         assert len(before[0] & before[1]) + len(before[1] & before[2]) < 12
         assert orders[0][-1] != orders[1][0]
 
+    @pytest.mark.long
     def test_plan_and_program_of_a_part(self, tmp_path: Path) -> None:
         mill, plan, out = (tmp_path / name for name in ("mill.toml", "plan.csv", "p.ngc"))
         mill.write_text(run("machine"))

@@ -58,6 +58,7 @@ def test_a_pipe_shows_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert shown.getvalue() == ""
 
 
+@pytest.mark.long
 def test_finite_elements_state_how_much_is_done(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, tmp_path: object
 ) -> None:

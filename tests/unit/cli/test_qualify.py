@@ -79,6 +79,7 @@ class TestQualify:
         told = run("qualify", path, *SETUP, "--exclude", right)
         assert f"left out as requested: {noted}\n" in told
 
+    @pytest.mark.long
     def test_the_feed_of_a_table_without_that_column(self, tmp_path: Path) -> None:
         first, accepted = tmp_path / "map.json", tmp_path / "new.json"
         run("qualify", SPHERE, *SETUP, "--feed", 120, "-o", first)

@@ -34,6 +34,7 @@ def _pin(path: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_block_of_the_example(tmp_path: Path) -> None:
     out = run(
         *BLOCK, "--tip-diameter", 6, "-o", tmp_path / "terms.csv", "--plot", tmp_path / "t.png"
@@ -77,6 +78,7 @@ def test_plan_of_a_block(tmp_path: Path) -> None:
     assert rows(plan)[0]["reference"] == "block@0"
 
 
+@pytest.mark.long
 def test_pin_with_and_without_its_size(tmp_path: Path) -> None:
     pin = _pin(tmp_path / "pin.csv")
     run("qualify", pin, "--pin", "--diameter", 25, "--tip-diameter", 6, "-o", tmp_path / "a.json")
@@ -93,6 +95,7 @@ def test_pin_with_and_without_its_size(tmp_path: Path) -> None:
     assert shape.u_tip_radius == pytest.approx(0.025, rel=0.01)
 
 
+@pytest.mark.long
 def test_a_map_beside_a_block(tmp_path: Path) -> None:
     """A ball on a machine that is 150 µm/m too long in x, and a bore of 60 mm measured with it."""
     shop = Shop(np.random.default_rng(12))

@@ -36,6 +36,7 @@ class TestSeparate:
         text = run("separate", READINGS, "--repeat-variance", 0.74, "--repeat-pair", "1,1")
         assert "the number of repeats, 10, is assumed" in text.replace("\n  ", " ")
 
+    @pytest.mark.long
     def test_page_json_and_picture(self, tmp_path: Path) -> None:
         run("separate", READINGS, "-o", tmp_path / "s.html", "--plot", tmp_path / "s.png")
         assert "data:image/" in (tmp_path / "s.html").read_text()

@@ -44,6 +44,7 @@ def folder(made: tuple[Path, str]) -> Path:
     return made[0]
 
 
+@pytest.mark.long
 def test_the_tips_in_their_file(made: tuple[Path, str]) -> None:
     folder, said = made
     star = read_star(folder / "star.json")

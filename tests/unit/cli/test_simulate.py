@@ -28,6 +28,7 @@ class TestSimulate:
         path.write_text("nx,ny,nz,label\n0,0,1,top\n1,0,0,side\n0,0.6,0.8,slope\n")
         return path
 
+    @pytest.mark.long
     def test_sphere_and_back(self, tmp_path: Path) -> None:
         """Touched and compensated with the map of the same probe, the sphere is reproduced, to the
         error of linear interpolation over 1°."""

@@ -18,6 +18,7 @@ def test_each_shipped_study_is_listed_and_can_be_computed(name: str) -> None:
     assert len(Plan(load_study(name))) > 1
 
 
+@pytest.mark.long
 def test_the_report_names_what_decides_and_what_failed(tmp_path: Path) -> None:
     study = tmp_path / "study.toml"
     study.write_text(

@@ -84,6 +84,7 @@ def test_another_axis_is_refused_with_its_inclination(monkeypatch: pytest.Monkey
         rotary_axis(touched("C", TURNS), TURNS.tolist(), "C")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("sets", "noise", "wander"),
     [(20, 5e-4, 1e-3), pytest.param(200, 5e-4, 5e-4, marks=pytest.mark.slow)],
@@ -265,6 +266,7 @@ class TestCentreOfTheMap:
         z = self._axis(tmp_path / "map.json", tmp_path)["place_z_mm"]
         assert abs(float(z["value"]) - PLACE[2]) < float(z["expanded_uncertainty"])
 
+    @pytest.mark.long
     def test_a_map_that_does_not_state_it_is_named(self, tmp_path: Path) -> None:
         self._map(tmp_path / "map.json")
         made = read_map(tmp_path / "map.json")

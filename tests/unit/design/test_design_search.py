@@ -44,6 +44,7 @@ def test_the_least_preload_that_keeps_a_force() -> None:
     )
 
 
+@pytest.mark.long
 def test_a_limit_holds_between_the_directions_of_the_grid() -> None:
     """On the grid of 15° the least force is 1.6 % above the least of all directions: the optimum
     had 0.394 N where at least 0.4 N was asked. The report states the least of all, too."""
@@ -107,6 +108,7 @@ def test_a_text_is_chosen_among_texts() -> None:
     assert find_design(one).best.levels == {"stylus.2.material": "tungsten carbide"}
 
 
+@pytest.mark.long
 def test_a_front_has_no_design_that_is_worse_in_both(monkeypatch: pytest.MonkeyPatch) -> None:
     """More force or less bending: with the preload alone free, each value is on the front."""
     monkeypatch.setattr(design_search, "_FRONT", 2)  # between the ends; each one is a search
@@ -147,6 +149,7 @@ def test_conditions_of_a_wish_are_those_of_studies() -> None:
     assert left[0] > 2.0 * left[1]
 
 
+@pytest.mark.long
 def test_limits_that_no_design_keeps() -> None:
     one = wish(
         '[wish]\nleast = "pretravel_greatest"\n' + PRELOAD

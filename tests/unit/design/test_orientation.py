@@ -69,6 +69,7 @@ def test_names_of_the_old_orientation_do_not_stay() -> None:
     assert (made.tip, made.orientation) == ("", "")
 
 
+@pytest.mark.long
 def test_a_few_touches_take_it_or_refuse_it() -> None:
     old = example_map("harmonic")
     new = in_orientation(old, PROBE, [0.0, 1.0, 0.0]).pretravel_map

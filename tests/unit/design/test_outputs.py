@@ -56,6 +56,7 @@ def test_corrections_are_those_of_compare() -> None:
     assert found["left_by_eight_sectors"] == pytest.approx(rms["eight sectors"], rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_calibration_without_noise_finds_the_probe() -> None:
     """The fitted six seats are those of the prediction: what is left is small against 1.1 µm."""
     more = '[calibration]\ntouches = 40\nkind = "physical"\nnoise_um = {}\n'
@@ -81,6 +82,7 @@ def test_a_delay_adds_feed_times_delay(tmp_path: Path) -> None:
         assert moving[name] - still[name] == pytest.approx(15.0, abs=1e-6)
 
 
+@pytest.mark.long
 def test_stress_is_the_highest_of_all_directions(monkeypatch: pytest.MonkeyPatch) -> None:
     """Computed one by one from the field; all loads grow with the preload, and so do stresses."""
     models_by_name_are_coarse(monkeypatch)

@@ -124,6 +124,7 @@ def merged_step(probe: Probe, folder: Path) -> StepGeometry:
     )
 
 
+@pytest.mark.long
 def test_step_errors_name_file_and_part(omp40: Probe, tmp_path: Path) -> None:
     step = merged_step(omp40, tmp_path)
 
@@ -193,6 +194,7 @@ def test_a_hub_can_be_of_another_material(omp40: Probe) -> None:
     assert {name for name, of in found.items() if of.name == "aluminium"} == {"hub", "holder"}
 
 
+@pytest.mark.long
 def test_solids_that_were_written_can_be_used_by_name(omp40: Probe, tmp_path: Path) -> None:
     """The recipe of docs/finite_elements.md: three rods with one name are selected together."""
     probe = replace(omp40, step=step_solids(omp40, tmp_path / "omp40.step"))

@@ -299,6 +299,7 @@ def stepped(probe: Probe, folder: Path) -> list[Probe]:
     return [replace(probe, step=each) for each in steps]
 
 
+@pytest.mark.long
 def test_the_ball_is_in_the_kept_model(omp40: Probe, folder: Path, forget: None) -> None:
     made = reduced_model(omp40, COARSE)
     reduction_cache._remembered.cache_clear()
@@ -337,6 +338,7 @@ def test_the_key_knows_what_matters(omp40: Probe, tmp_path: Path) -> None:
     assert {reduction_key(probe, COARSE) for probe in same} == {base}
 
 
+@pytest.mark.long
 def test_from_the_cache_neither_kernel_nor_solver_is_loaded(
     omp40: Probe, folder: Path, forget: None, made: ReducedModel
 ) -> None:

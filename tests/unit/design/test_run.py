@@ -82,6 +82,7 @@ def test_results_are_those_of_predict(tmp_path: Path) -> None:
     assert again.factors["stylus.2.material"].tolist() == ["ceramic", "tungsten carbide"] * 3
 
 
+@pytest.mark.long
 def test_a_killed_study_goes_on_and_gives_the_same_file(tmp_path: Path) -> None:
     """SIGKILL, at no chosen moment; the second run computes what is missing."""
     whole, broken = tmp_path / "whole", tmp_path / "broken"
@@ -102,6 +103,7 @@ def test_a_killed_study_goes_on_and_gives_the_same_file(tmp_path: Path) -> None:
     assert not journal.exists()
 
 
+@pytest.mark.long
 def test_a_full_disk_is_said_and_what_was_done_is_kept(tmp_path: Path) -> None:
     """A limit of the size of files stands for the disk."""
     limit = 60_000

@@ -79,6 +79,7 @@ def _fillets(part: Part, radius: float) -> list[int]:
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("fillet", "way"),
     [

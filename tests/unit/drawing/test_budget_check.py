@@ -44,6 +44,7 @@ def _named(found: BudgetCheck, name: str) -> Coverage:
     return next(each for each in found.coverages if each.name.startswith(name))
 
 
+@pytest.mark.long
 def test_a_diameter_that_is_worse_than_stated() -> None:
     """The error of the sphere's diameter is that of every bore; 0.2 µm stated, 2 µm true."""
     found = _checked(ActingErrors(NOISE, diameter=2e-3), sets=20)
@@ -57,6 +58,7 @@ def test_a_diameter_that_is_worse_than_stated() -> None:
     assert _named(found, "position").verdict != "too small"
 
 
+@pytest.mark.long
 def test_what_is_stated_truly_is_right() -> None:
     found = _checked(ActingErrors(NOISE, diameter=0.2e-3, form=0.13e-3), sets=20)
     assert found.verdict != "too small"
@@ -155,6 +157,7 @@ def test_what_is_not_simulated_is_refused() -> None:
         narrow.run()
 
 
+@pytest.mark.long
 def test_the_command(tmp_path: Path) -> None:
     table, page = tmp_path / "budget.csv", tmp_path / "budget.html"
     words = ["check-budget", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean"]
@@ -185,6 +188,7 @@ def test_refused_sets_are_counted() -> None:
     assert found.refused == ("too noisy",) * 3
 
 
+@pytest.mark.long
 def test_several_processes_find_what_one_finds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each set has random numbers of its own."""
     alone = _checked(ActingErrors(NOISE), sets=6)

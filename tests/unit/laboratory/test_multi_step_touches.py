@@ -94,6 +94,7 @@ def test_uncertainties_are_those_of_the_noise() -> None:
     assert ratio == pytest.approx(1.0, rel=0.15)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "setups", [pytest.param(AROUND, marks=pytest.mark.slow), AROUND[[0, 1, 4, 6, 7]]]
 )

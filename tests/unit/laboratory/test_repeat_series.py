@@ -49,6 +49,7 @@ def _held(make: Make, series: int, count: int = 10) -> float:
     return held / series
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("series", "chance"), [FEWER, MANY])
 @pytest.mark.parametrize(
     "make",

@@ -233,6 +233,7 @@ def test_read_scatter_has_the_machines_errors(separated: Path) -> None:
     assert found.machine_error == pytest.approx(UM * np.array([0.6, -0.6, 0.6, -0.6]))
 
 
+@pytest.mark.long
 def test_check_budget_with_a_separation() -> None:
     """A mean map knows one repeatability: in loud directions a touch scatters 4.6 times as much as
     in quiet ones. The errors of points there are those of the separation, and U follows them.
@@ -261,6 +262,7 @@ def test_check_budget_with_a_separation() -> None:
     assert sizes[1] > sizes[0] + 1.0  # 4 µm cos 2a: 2.8 µm in the middle of all walls
 
 
+@pytest.mark.long
 def test_trials_of_a_bore_are_the_linear_law() -> None:
     """36 points with an own u that differs by direction and one in common: u of the diameter and
     of x by trials against 2 sqrt(Σ u² / n² + common²) and 2 sqrt(Σ u² cos²) / n, 1000 trials:

@@ -358,6 +358,7 @@ def test_a_datum_that_was_not_touched_is_refused() -> None:
         align(tips, part, radius_alone(RADIUS), Placement(), datums=untouched, extrapolate=True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("count", "places"), [(15, 1), pytest.param(40, 2, marks=pytest.mark.slow)]
 )
@@ -374,6 +375,7 @@ def test_a_placement_is_found_from_nothing(count: int, places: int) -> None:
         assert _apart(part, found[0].placement, placement) < 0.05
 
 
+@pytest.mark.long
 def test_approaches_exclude_placements_from_nothing() -> None:
     """Each approach is against the normal of its face: the same answer with them, none where each
     is along the normal."""
@@ -389,6 +391,7 @@ def test_approaches_exclude_placements_from_nothing() -> None:
     assert all(_apart(part, each.placement, placement) > 1.0 for each in away)
 
 
+@pytest.mark.long
 def test_a_symmetric_part_has_several_answers() -> None:
     """Half turns about the axes of a box leave it as it is: four placements."""
     from tests.unit.surface.test_faces_of_a_box import _box

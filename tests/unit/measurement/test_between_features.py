@@ -196,6 +196,7 @@ def test_slots_have_the_distance_of_their_median_planes() -> None:
     assert found["distance"].parts["tip radius"] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("first", ["plane", "cylinder", "sphere"])
 def test_an_axis_and_a_centre_have_a_distance_from_a_plane(first: str) -> None:
     """A plane of normal x; moved by its points and by those of the round feature."""

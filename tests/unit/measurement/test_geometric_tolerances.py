@@ -189,6 +189,7 @@ class TestInClosedForm:
         assert found.quantity.value == pytest.approx(0.04, abs=1e-5)
         assert "h2 may shift by up to 30.0 µm" in found.remarks[0]
 
+    @pytest.mark.long
     def test_coaxiality_and_run_out(self) -> None:
         """A bore off by e: twice e; the radii from the datum differ by 2 e, and a little more."""
         block = _block(h1=_cylinder((10.0, 10.0), 4.0))

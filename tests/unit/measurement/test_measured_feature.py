@@ -264,6 +264,7 @@ class TestFewResiduals:
         diameter = measure_feature(points, "bore", axis=Z).quantity("diameter")
         assert diameter.expanded_u / diameter.u == pytest.approx(factor, rel=within)
 
+    @pytest.mark.long
     def test_a_rough_bore_at_its_limit_is_seldom_accepted(self) -> None:
         """2.5 % of 200 decisions are 5; 13 are three and a half standard deviations of 2.2 more.
         With the normal distribution it is 16 and more."""

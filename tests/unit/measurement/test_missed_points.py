@@ -70,6 +70,7 @@ def test_each_point_that_missed_is_found(kind: str, off: float) -> None:
         assert recognised == {"bore": "circle", "cylinder": "circle"}.get(kind, kind)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", PLACES)
 def test_good_points_are_all_kept(kind: str) -> None:
     """Also of a rough part, and of an oval."""
@@ -107,6 +108,7 @@ def test_a_pattern_of_places_has_no_miss() -> None:
         assert missed_points_of_features(_with_noise(places)) == ()
 
 
+@pytest.mark.long
 def test_points_at_the_middle_of_others_have_no_feature() -> None:
     """A grid of three by three has one at the centre of a circle of the others, once or thrice."""
     grid = np.array([[x, y, 0.0] for x in (-40.0, 0, 40) for y in (-40.0, 0, 40)])

@@ -74,6 +74,7 @@ def _star(seed: int, tips: int = 3) -> StarStylus:
     return star_stylus(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sets", [1, pytest.param(20, marks=pytest.mark.slow)])
 def test_offsets_lie_within_their_uncertainty(sets: int) -> None:
     """k = 2: 95 % of 2 tips x 3 axes, or of 4 in 20 stars: 240 with a deviation of 1.4 %."""

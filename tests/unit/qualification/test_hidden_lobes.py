@@ -25,6 +25,7 @@ def directions(azimuths: int, first: float) -> np.ndarray:
     return np.repeat(np.vstack([[[0.0, 0.0, 1.0]], *rings]), 3, axis=0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["harmonic", "physical", "mean"])
 def test_u_contains_lobes_that_four_azimuths_hide(kind: str) -> None:
     """Errors over u of a usual probe, turned by 0 to 90°, without the shift of all points."""

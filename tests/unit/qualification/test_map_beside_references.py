@@ -79,6 +79,7 @@ def _made(number: int) -> tuple[PretravelMap, Touches]:
     return found[1].pretravel_map, _bores(shop)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shops", [1, pytest.param(120, marks=pytest.mark.slow)])
 def test_diameters_lie_within_their_uncertainty(shops: int) -> None:
     """Scales of up to 200 µm/m are 12 µm over the bore of 60 mm; U is some 5 µm.

@@ -324,6 +324,7 @@ def test_a_direction_is_named_beyond_its_limit(repeats: int, sign: float) -> Non
     assert _found(_off(pair, wrong, 0.006), fixed=0.01)[0] == []
 
 
+@pytest.mark.long
 def test_three_directions_at_most_are_named_and_named_touches_do_not_count() -> None:
     pair = _seen(fibonacci_cap(60, 1.5))
     for row, size in ((12, -0.3), (24, 0.06), (36, -0.02), (48, 0.008)):

@@ -46,6 +46,7 @@ def _ring_and_block(scale: float, seed: int = 4) -> Touches:
     return Touches(np.array(rows), np.repeat(FOUR, 2, axis=0).tolist() * 6, references=tuple(names))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shops", [4, pytest.param(300, marks=pytest.mark.slow)])
 def test_terms_lie_within_their_uncertainty(shops: int) -> None:
     """U is that of 95.45 %. Of 4 shops with 8 terms, 32 cases, 95.45 % are within with a standard
@@ -277,6 +278,7 @@ def test_an_outlying_touch_is_named() -> None:
     assert any(warning.startswith("touch 31 is ") for warning in found.warnings)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("amplitude", "moved"), [(0.0, False), (3e-3, False), (3e-3, True)])
 def test_what_a_screw_repeats_is_in_u_and_said(amplitude: float, moved: bool) -> None:
     """Once for each turn of a screw of 5 mm: alike in all touches of a face, so that the scale of

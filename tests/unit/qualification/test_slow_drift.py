@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from benchmarks.departures.patterns import USUAL_25
 from benchmarks.departures.probes import six_seats, smooth_lobes
@@ -50,6 +51,7 @@ def test_a_machine_that_warms_up() -> None:
     assert np.all(np.abs(found.effects.drift - 0.7 * DRIFT) < [1.2e-3, 1.2e-3, 2.4e-3])
 
 
+@pytest.mark.long
 def test_another_kind_of_probe_is_no_drift() -> None:
     found = _qualified(smooth_lobes(np.random.default_rng(3)), np.zeros(3))
     assert any("not quite of the six-seat kind" in words for words in found.warnings)

@@ -365,6 +365,7 @@ class TestHistory:
         assert bool(entries[1]["changed"])
         assert entries[1]["turn_deg"] == pytest.approx(results[1].turn.value / DEGREE)
 
+    @pytest.mark.long
     def test_the_chart_leaves_room_for_the_colour_bar(self, tmp_path: Path) -> None:
         """No two of the six axes of the picture (with their labels) overlap."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -407,6 +408,7 @@ class TestHistory:
         with pytest.raises(InputError, match="a probe with a tip of 6 mm"):
             add_verification(path, result, pretravel_map=other, **told)  # type: ignore[arg-type]
 
+    @pytest.mark.long
     def test_commands_from_touches_to_the_chart(self, tmp_path: Path) -> None:
         write_map(tmp_path / "map.json", old_map())
         write_touches(tmp_path / "same.csv", touches(11))

@@ -73,6 +73,7 @@ def _every_chart() -> View:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_what_is_read_makes_the_same_page(tmp_path: Path) -> None:
     for name, content in (("plain.json", plain_content()), ("attack.json", attacked_content())):
         found = read_result(_written(tmp_path / name, content))
@@ -82,6 +83,7 @@ def test_what_is_read_makes_the_same_page(tmp_path: Path) -> None:
         assert contents_text([found]) == page
 
 
+@pytest.mark.long
 def test_every_chart_and_mark_is_read_back(tmp_path: Path) -> None:
     document = Document("Charts", pictures=(Picture("all", _every_chart),))
     found = read_result(_written(tmp_path / "a.json", PageContent(document)))

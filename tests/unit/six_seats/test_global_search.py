@@ -77,6 +77,7 @@ LEAST = 1.0
 """Of the logarithm of a probability: a map that is less probable by this is nearly as good."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "numbers", [(26, 92, 201), pytest.param((44, 54, 245), marks=pytest.mark.slow)]
 )

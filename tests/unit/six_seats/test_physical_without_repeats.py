@@ -46,6 +46,7 @@ def _error_over_u(found: Qualification, truth: np.ndarray) -> float:
     return float(np.sqrt(np.mean((error / u) ** 2)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "lobes", ["five smooth lobes", pytest.param("four edges", marks=pytest.mark.slow)]
 )
@@ -137,6 +138,7 @@ class TestScatter:
         middle = 0.3e-3 * np.exp(-found.dof)
         assert middle < found.noise < np.e * middle
 
+    @pytest.mark.long
     @pytest.mark.parametrize(
         ("repeats", "expected"),
         [

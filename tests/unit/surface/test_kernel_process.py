@@ -74,6 +74,7 @@ class TestCodeBesideAPart:
         )
         assert done.stdout == "measuring room\n", done.stderr
 
+    @pytest.mark.long
     @pytest.mark.parametrize(
         "module", [["-mpretravel"], pytest.param(["-m", "pretravel"], marks=pytest.mark.slow)]
     )
@@ -111,6 +112,7 @@ class TestCodeBesideAPart:
 
 
 class TestSettingsBesideAPart:
+    @pytest.mark.long
     def test_a_matplotlibrc_starts_no_latex(self, tmp_path: Path) -> None:
         (tmp_path / "matplotlibrc").write_text("text.usetex: True\n")
         (tmp_path / "bin").mkdir()

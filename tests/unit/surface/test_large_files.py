@@ -51,6 +51,7 @@ def _check_plate(part: Part, columns: int, rows: int) -> None:
     assert np.allclose(np.diff(np.unique(at[:, 0])), 10.0)
 
 
+@pytest.mark.long
 def test_a_plate_with_holes(tmp_path: Path) -> None:
     part = _read(plate_with_holes(tmp_path / "plate.step", 6, 5))
     _check_plate(part, 6, 5)
