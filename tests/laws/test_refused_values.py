@@ -151,7 +151,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
         "method 'best' is not known; there are",
     ),
     "readings to leave out": (
-        lambda: separate(MultiStepReadings(*PAIRS, np.arange(16.0)), exclude=[(9, 9)]),
+        lambda: separate(MultiStepReadings(*PAIRS, 1e-3 * np.arange(16.0)), exclude=[(9, 9)]),
         "no reading of machine direction 9 with probe direction 9 to exclude",
     ),
     "readings without scatter": (

@@ -197,6 +197,8 @@ _QUANTITIES = re.compile(
 """Words of titles of something else, such as Probe temperature."""
 _MOST_WORDS = 5
 _MOST_GROUPS = 12
+_OF_MULTI_STEP_PLAN = ("probe_index", "probe_azimuth_deg")
+"""Of the form that `separation-plan` writes: directions of the probe, not its tips."""
 GUESSED = 2
 """Rank of a name of which one word is known."""
 _BY_CELLS = {
@@ -257,7 +259,7 @@ def column_name(title: str) -> ColumnName:
     >>> column_name("Y-Soll").role, column_name("y_in").unit, column_name("Datum").role
     ('nominal_y', 'inch', None)
     """
-    if len(title) > _LONGEST:
+    if len(title) > _LONGEST or title in _OF_MULTI_STEP_PLAN:
         return ColumnName(title, None, None, 1)
     for role in ROLES:
         if title == OWN_NAMES.get(role, role):

@@ -83,7 +83,7 @@ def test_inches_become_millimetres_and_directions_stay() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "line", "words"),
     [
-        ("0.0100      0.0500", "0.0200      0.0500", 8, "not its actual value 20.01 less"),
+        ("0.0100      0.0500", "0.0200      0.0500", 8, "not its actual value 20.01 minus"),
         ("1      20.0130", "1      20.0230", 11, "0.01600 mm from HOLE1"),
         ("at Point 1", "at Point 9", 15, "no point 9"),
         ("Max error = 0.006000", "Max error = 0.016000", 15, "not the deviation 0.006 mm"),

@@ -274,7 +274,9 @@ def test_rows_that_are_left_out() -> None:
     assert without.excluded == (5, 60, 100, 144)
     assert np.allclose(found.machine_error, without.machine_error)
     assert np.allclose(found.probe_variance, without.probe_variance)
-    with pytest.raises(PretravelError, match="machine 25 with probe 1") as caught:
+    with pytest.raises(
+        PretravelError, match="machine direction 25 with probe direction 1"
+    ) as caught:
         separate(readings, exclude=[(25, 1)])
     assert caught.value.inputs == ("exclude",)
 

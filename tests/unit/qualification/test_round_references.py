@@ -71,7 +71,7 @@ def test_refused() -> None:
         as_ring_touches(_touched(ring=True), 25.0)
     with pytest.raises(PretravelError, match="at least 3 directions"):
         unknown_diameter(touches.take([0, 12]), 6.0, ring=True)
-    with pytest.raises(PretravelError, match="no touch on an upright wall"):
+    with pytest.raises(PretravelError, match="is not a touch on an upright wall"):
         as_ring_touches(Touches(touches.positions, np.tile([0.0, 0.0, 1.0], (24, 1))), 25.0)
 
 

@@ -56,7 +56,9 @@ def test_the_plan_promises_what_the_update_keeps() -> None:
         still = ProbeDrift(change=0.0)  # a plan does not expect larger changes than the drift
         plan = plan_touches(old, 7, drift=still)
         touches = sphere_touches(old.pretravel(plan.normals), plan.normals)
-        new = update_map(touches, old, 25.0, drift=still).pretravel_map
+        made = old.provenance.setup  # another reference would have an error of its own
+        diameter = 25.0 if made is None else made.diameter
+        new = update_map(touches, old, diameter, drift=still).pretravel_map
         np.testing.assert_allclose(plan.u_updated, new.over_support()[2], rtol=2e-3, atol=1e-7)
         u = np.sqrt(plan.prior.variance(plan.places, new.covariance.matrix))
         # The normals of touches and plan differ by 1e-4 rad; tiny u at the pole are rounding.

@@ -320,8 +320,9 @@ def test_a_ring_is_verified_in_its_plane() -> None:
 # The history.
 
 
-def _write(path: Path, result: Verification, count: int) -> None:
-    for _ in range(count):
+def _write(path: Path, result: Verification, count: int, hour: int = 8) -> None:
+    """Verifications of one day, a minute apart."""
+    for minute in range(count):
         add_verification(
             path,
             result,
@@ -329,6 +330,7 @@ def _write(path: Path, result: Verification, count: int) -> None:
             map_name="m.json",
             touches_name="t.csv",
             decision="kept",
+            time=datetime(2026, 1, 1, hour, minute, tzinfo=UTC),
         )
 
 
@@ -338,7 +340,7 @@ class TestHistory:
         path = tmp_path / "probe.jsonl"
         result = check(touches(1))
         context = multiprocessing.get_context("fork")
-        writers = [context.Process(target=_write, args=(path, result, 15)) for _ in range(2)]
+        writers = [context.Process(target=_write, args=(path, result, 15, hour)) for hour in (8, 9)]
         for writer in writers:
             writer.start()
         for writer in writers:

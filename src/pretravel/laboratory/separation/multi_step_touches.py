@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -112,7 +112,7 @@ def readings_of_touches(
             "a multi-step test needs a column spindle_deg or readings with machine_index, "
             "probe_index and error_um"
         )
-    touches.refuse_several(one_reference=True)
+    _without_words_of_setups(touches).refuse_several(one_reference=True)
     turn = probe_rotation(axis, 0.0)
     normals, positions = touches.normals @ turn, touches.positions @ turn
     off = np.abs(polar_angle(normals) - 0.5 * math.pi)
@@ -214,6 +214,15 @@ def _check_setups(
                 f"at the orientation of {angle / DEGREE:g}° only {len(touched)} of {count} "
                 "directions were touched: they do not show the circle of this setup"
             )
+
+
+def _without_words_of_setups(touches: Touches) -> Touches:
+    """The touches without words of their orientation, where these are those of the setups."""
+    if touches.orientations is None or touches.spindle is None:
+        return touches
+    pairs = {*zip(touches.orientations, touches.spindle.tolist(), strict=True)}
+    several = len(pairs) > len({angle for _, angle in pairs})
+    return touches if several else replace(touches, orientations=None)
 
 
 def _check_circles(radii: FloatArray, orientations: FloatArray) -> None:
