@@ -109,6 +109,7 @@ class TestSupport:
             support = DirectionSupport(grid(np.radians(polar), np.radians([0.0, 120.0, 240.0])))
             assert support.supports([[0.0, 0.0, 1.0]])[0] == expected
 
+    @pytest.mark.long
     @given(st.floats(0.0, 90.0), st.floats(0.0, 360.0), st.floats(0.0, 6.3))
     def test_interpolation_has_no_seam(self, polar: float, azimuth: float, way: float) -> None:
         """Two directions a microradian apart get values a microradian's slope apart; nodes

@@ -147,6 +147,7 @@ def test_embedding_adds_up_along_the_approach(name: str) -> None:
         assert np.allclose(p, made.tip_radius * n + s * a, atol=1e-14)
 
 
+@pytest.mark.long
 @every_kind
 def test_saving_changes_nothing(name: str, tmp_path: Path) -> None:
     path = tmp_path / "map.json"

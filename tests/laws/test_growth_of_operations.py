@@ -12,6 +12,7 @@ from collections.abc import Callable
 from datetime import datetime, timedelta
 
 import numpy as np
+import pytest
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.drawing.features.between_features import relations_between
@@ -72,6 +73,7 @@ def test_compensation_calls_as_much_for_many_touches_as_for_few() -> None:
     assert _exponent(job, 200, 6400) < AT_ONCE
 
 
+@pytest.mark.long
 def test_features_and_what_lies_between_them_are_measured_one_after_the_other() -> None:
     """Of more than six features, neighbours alone are compared."""
     angle = np.arange(8) * np.pi / 4.0
@@ -100,6 +102,7 @@ def test_features_and_what_lies_between_them_are_measured_one_after_the_other() 
     assert _exponent(job, 7, 28) < LINEAR
 
 
+@pytest.mark.long
 def test_a_drift_is_found_in_proportion_to_its_days() -> None:
     def job(count: int) -> Callable[[], object]:
         rng = np.random.default_rng(3)

@@ -179,6 +179,7 @@ class TestFaults:
             assert trace.contacts <= contact + (kind == "stuck")
             check_harmless(trace, name)
 
+    @pytest.mark.long
     @pytest.mark.parametrize("distance", [0.05, 0.6])
     @pytest.mark.parametrize("name", [name for name in CYCLES if name != "sphere"])
     def test_a_false_trip_within_the_clearance_sets_nothing(

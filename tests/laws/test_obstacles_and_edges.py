@@ -120,6 +120,7 @@ class TestStylus:
         assert outline.above == pytest.approx(np.array([[0.0, 38.0], [38.0, 50.0], [50.0, 64.4]]))
         assert (2.0 * outline.radii).tolist() == [4.5, 8.0, 10.0]
 
+    @pytest.mark.long
     def test_down_bores(self, tmp_path: Path) -> None:
         """A bore too narrow for head or holder may be as deep as the length below them; the
         centre of the ball rests 3 mm above the floor of the bore."""

@@ -246,6 +246,7 @@ class TestSurroundings:
             assert "tool length" in trace.error
             assert broken("sphere", judged, trace) == []
 
+    @pytest.mark.long
     def test_missing_subroutines(self) -> None:
         judged = part_program(compensated=True)
         for missing in judged.subroutines:

@@ -200,6 +200,7 @@ def test_every_file_is_described_as_one() -> None:
                 assert setting.field.word is not None, f"{name} {setting.name}"
 
 
+@pytest.mark.long
 @every_screen
 def test_a_path_in_a_project_is_refused(name: str, dropped: dict[str, Path]) -> None:
     """In each setting that reads, also those that no field shows."""

@@ -90,6 +90,7 @@ def test_similar_probes_have_similar_friction() -> None:
     assert other.rest_displacement == pytest.approx(1.6 * own.rest_displacement, abs=1e-4 * largest)
 
 
+@pytest.mark.long
 def test_friction_is_determined_nearly_where_both_seats_of_a_rod_open_at_once() -> None:
     """A rod without load on both seats has no one place on them: which seat slips first after that
     follows from the rounding, and the force by less than 0.5 %."""

@@ -12,6 +12,7 @@ from importlib.metadata import metadata, version
 from pathlib import Path
 
 import lazy_loader
+import pytest
 
 import pretravel
 
@@ -81,6 +82,7 @@ def test_the_list_of_commands_loads_no_library_of_numbers() -> None:
     assert found.stdout.split() == ["0", "False"]
 
 
+@pytest.mark.long
 def test_a_command_loads_nothing_that_it_does_not_use() -> None:
     """Each of these took a tenth of the time of a short command, threads several times all of it:
     pydantic (typer's reading of values), parts of NumPy that SciPy asks for."""

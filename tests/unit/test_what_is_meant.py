@@ -54,6 +54,7 @@ def test_an_array_with_normals_is_touches(made: Qualification) -> None:
     assert found.effective_radius == made.effective_radius
 
 
+@pytest.mark.long
 def test_a_qualification_has_one_map(made: Qualification, part: Touches, tmp_path: Path) -> None:
     expected = pretravel.apply(part, made.pretravel_map, extrapolate=True)
     path = tmp_path / "map.json"

@@ -156,6 +156,7 @@ class TestKilledRuns:
             assert (tmp_path / "a.csv").read_text() == "second"
         assert (tmp_path / "a.csv").read_text() == "first"
 
+    @pytest.mark.long
     def test_many_writers_at_once_lose_nothing(self, tmp_path: Path) -> None:
         code = (
             "import sys\nfrom pretravel.base.whole_files import write_text\n"

@@ -71,6 +71,7 @@ def test_projects_are_saved_and_the_last_one_opened_again(tmp_path: Path) -> Non
     asyncio.run(use())
 
 
+@pytest.mark.long
 def test_of_many_projects_those_that_no_tab_shows_are_closed() -> None:
     async def use() -> None:
         opened = Sessions()
@@ -208,6 +209,7 @@ def test_a_file_that_was_only_copied_back_is_no_change() -> None:
     asyncio.run(use())
 
 
+@pytest.mark.long
 def test_what_cannot_be_saved_in_its_place_is_kept_elsewhere_and_said(tmp_path: Path) -> None:
     async def use() -> None:
         folder = tmp_path / "stick"

@@ -121,6 +121,7 @@ def _written(path: str) -> dict[str, Any]:
     return _without_warnings(json.loads(Path(path).read_text())["document"])
 
 
+@pytest.mark.long
 def test_the_command_of_the_rig_finds_the_same_with_moved_marks_and_traces_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -259,6 +259,7 @@ def test_coordinates_alone_are_measured_and_no_tolerance_is_decided(tmp_path: Pa
     assert "roundness" not in text
 
 
+@pytest.mark.long
 def test_tolerances_to_datums_of_a_drawing(folder: Path) -> None:
     """The bracket is made as its model: distances of bores √(53² + 2²), positions near zero."""
     drawing, table = folder / "drawing.toml", folder / "drawing.csv"

@@ -43,6 +43,7 @@ def _printed(content: PageContent) -> str:
     return page[page.index("<body>") :]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", [CHECK, ("rig", RIG)], ids=lambda command: command[0])
 def test_everything_that_is_stated_is_printed(command: tuple[object, ...], tmp_path: Path) -> None:
     """A new field of the laboratory needs a place in the form of the certificate."""
@@ -99,6 +100,7 @@ def test_a_reference_in_a_warm_room_is_named(tmp_path: Path) -> None:
     assert "larger by" not in both_outputs(*command, "--lab", lab, "--u-temperature", 4)[1]
 
 
+@pytest.mark.long
 def test_no_command_and_no_long_digest_is_printed(tmp_path: Path) -> None:
     content = _content(tmp_path, filled_file(tmp_path), "rig", RIG)
     page = _printed(content)

@@ -89,6 +89,7 @@ class TestStandards:
         assert "--u-diameter" in warned
         assert "--sphere-form" not in warned
 
+    @pytest.mark.long
     def test_budget_on_page_and_in_json(self, tmp_path: Path) -> None:
         """The same budget as `check --verbose` prints."""
         made, page, values = (tmp_path / name for name in ("map.json", "c.html", "c.json"))

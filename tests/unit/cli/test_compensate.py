@@ -104,6 +104,7 @@ def test_normals_from_neighbouring_touches(tmp_path: Path, map_file: Path) -> No
 class TestNormalsOutsideTheMap:
     """What a newcomer typed: directions of travel in place of normals, and then --extrapolate."""
 
+    @pytest.mark.long
     def test_turned_normals_are_named_and_lost_triggers_refused(self, tmp_path: Path) -> None:
         saved, points = tmp_path / "map.json", tmp_path / "points.csv"
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved)

@@ -33,6 +33,7 @@ def test_the_wish_of_the_guide_is_one() -> None:
     assert (made.goal, made.overtravel, len(made.limits)) == ("pretravel_deviation", 5.0, 2)
 
 
+@pytest.mark.long
 def test_the_best_probe_is_written_and_can_be_predicted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -87,6 +87,7 @@ def test_python_gives_the_same(folder: Path, points: Points) -> None:
     assert np.array_equal(aligned.in_part.face, points.face)
 
 
+@pytest.mark.long
 def test_numbers_have_the_digits_of_their_u(folder: Path, points: Points) -> None:
     """Two of u; a range that was read off one more than the least of its feature."""
     drawing, part = pretravel.read_drawing(folder / "drawing.toml"), pretravel.read_part(MODEL)
@@ -244,6 +245,7 @@ def test_a_feature_states_its_points_once(row: dict[str, object], words: str) ->
         pretravel.DrawnFeature(**row)  # type: ignore[arg-type]
 
 
+@pytest.mark.long
 def test_the_former_option_warns(folder: Path) -> None:
     _, warned = both_outputs("measure", folder / "points.csv", "--features",
                              folder / "drawing.toml", "--part", MODEL, code=3)  # fmt: skip

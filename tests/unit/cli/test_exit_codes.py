@@ -88,6 +88,7 @@ class TestWhoReadsTheOutput:
         done = subprocess.run(["sh", "-c", f"{command} {closed}"], capture_output=True, check=False)
         assert (done.returncode, done.stderr) == (0, b"")
 
+    @pytest.mark.long
     def test_a_reader_of_the_result_that_has_enough_gets_no_message(self) -> None:
         """``-o /dev/stdout | head``: as for what is printed, the exit code alone tells it."""
         plan = ("plan", "sphere:radius=12", "--grid", "5x5", "-o", "/dev/stdout")

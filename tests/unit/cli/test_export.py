@@ -179,6 +179,7 @@ class TestExportCommand:
         assert sorted(p.name for p in tmp_path.iterdir()) == ["map.json"]
 
 
+@pytest.mark.long
 def test_compare_says_what_a_control_will_have(tmp_path: Path) -> None:
     """A table rounds off the kinks of six seats; the formula that export writes does not."""
     map_file = tmp_path / "map.json"

@@ -52,6 +52,7 @@ def test_fem_says_what_it_built_and_writes_what_paraview_reads(tmp_path: Path) -
     assert moved[:, 1].mean() > 0.0
 
 
+@pytest.mark.long
 def test_fem_stress_is_where_the_force_goes(tmp_path: Path) -> None:
     vtu = tmp_path / "out.vtu"
     invoke("fem", "omp40-2", *COARSE, "--vtu", str(vtu))

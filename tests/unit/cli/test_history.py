@@ -86,6 +86,7 @@ def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
     assert "1 file has no date in the name (sphere_late.csv)" in warned
 
 
+@pytest.mark.long
 def test_copies_future_dates_and_conditions_of_days_are_named(tmp_path: Path) -> None:
     logs = month(tmp_path / "logs", 5)
     first, third = (logs / f"sphere_2026-03-0{day}.csv" for day in (1, 3))
@@ -130,6 +131,7 @@ def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
     assert len(rows(tmp_path / "h.csv")) == 8
 
 
+@pytest.mark.long
 def test_a_new_map_is_not_called_a_jump(tmp_path: Path) -> None:
     probe, start = tmp_path / "probe.jsonl", datetime(2026, 3, 1, 8, tzinfo=UTC)
     maps = {

@@ -84,6 +84,7 @@ def test_a_page_contains_what_the_laboratory_states(
         assert "not stated" in after[: after.index("</tr>")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["qualify", "measure"])
 def test_a_page_without_statements_says_so(name: str, points: Path, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
@@ -150,6 +151,7 @@ def test_files_of_earlier_versions_are_read(tmp_path: Path) -> None:
     assert "customer" not in {table for table, _ in values}
 
 
+@pytest.mark.long
 def test_a_complete_certificate_stays_complete(tmp_path: Path) -> None:
     """Instrument and operator are not fields that a certificate needs: none is counted open."""
     lines = run("laboratory").split("[instrument]")[0].replace('""', '"x"')

@@ -53,6 +53,7 @@ class TestMainJob:
         for picture in ("q.png", "p.png"):
             assert (tmp_path / picture).read_bytes()[:4] == b"\x89PNG"
 
+    @pytest.mark.long
     @pytest.mark.parametrize("kind", ["mean", "sectors"])
     def test_other_kinds(self, kind: str, tmp_path: Path) -> None:
         saved = tmp_path / "map.json"

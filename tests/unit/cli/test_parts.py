@@ -58,6 +58,7 @@ class TestThereAndBack:
                       tmp_path / "x.csv", code=2)  # fmt: skip
         assert "Is the nominal where the part is" in message
 
+    @pytest.mark.long
     def test_a_measured_map_as_probe(self, tmp_path: Path) -> None:
         sphere = EXAMPLES / "sphere_touches.csv"
         # Physical maps contain the compression of a curved part; a simulation from a map does not.
@@ -131,6 +132,7 @@ def test_a_predicted_map_is_exact_and_a_table_is_none(tmp_path: Path) -> None:
     assert "qualify or predict again with -o map.json" in " ".join(told.split())
 
 
+@pytest.mark.long
 def test_the_example_part_measured(tmp_path: Path) -> None:
     """Touches with noise, from another simulation. With the part as nominal the deviations are
     those along the normals of the nominal points, except for the slide: hundredths of a

@@ -9,6 +9,7 @@ import itertools
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from pretravel.drawing import InspectionRegion
 from pretravel.drawing.tasks.plan.needed import MOST_OF_FEATURE, ReachingStylus, needed_touches
@@ -27,6 +28,7 @@ def planned(*features: DrawnFeature, stylus: ReachingStylus = STYLUS, u: float =
     return needed_touches(Drawing(features), PART, stylus, u, InspectionRegion())
 
 
+@pytest.mark.long
 def test_datums_first_and_each_feature_together(tmp_path: Path) -> None:
     run("drawing", MODEL, "-o", tmp_path / "drawing.toml")
     told = run("plan", MODEL, "--drawing", tmp_path / "drawing.toml", "--tip-diameter", 3,

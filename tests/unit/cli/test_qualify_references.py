@@ -50,6 +50,7 @@ def test_block_of_the_example(tmp_path: Path) -> None:
     assert "squareness of x and z" in (tmp_path / "a.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_references_by_their_labels(tmp_path: Path) -> None:
     """A log that is joined with the plan has labels, and no column of references."""
     table = read_touches(EXAMPLES / "block_touches.csv")

@@ -27,6 +27,7 @@ def test_the_answer_and_its_parts(tmp_path: Path) -> None:
     assert "discard the first touch" in out
 
 
+@pytest.mark.long
 def test_files_and_picture(tmp_path: Path) -> None:
     log, table, page = _log(tmp_path / "a.log"), tmp_path / "a.csv", tmp_path / "a.html"
     run("repeat", log, "-o", table, "--plot", tmp_path / "a.png")

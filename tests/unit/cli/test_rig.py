@@ -137,6 +137,7 @@ class TestRig:
         assert np.all(u > [d["u_pretravel_um"] for d in directions])
         assert "--tip-diameter" in run("rig", *TRACES, "--map", tmp_path / "m.json", code=2)
 
+    @pytest.mark.long
     def test_a_bad_trace_is_left_out(self, tmp_path: Path) -> None:
         """Its trigger comes 80 samples of 1 ms late, at 0.05 mm/s."""
         lines = [line.split(",") for line in TRACES[0].read_text().splitlines()]
@@ -177,6 +178,7 @@ class TestRig:
         path.write_text("source,type,uncertainty_um,per_metre_um\nscale,B,abc,0\n")
         assert "line 2: uncertainty_um is 'abc'" in run("rig", *TRACES, "--budget", path, code=2)
 
+    @pytest.mark.long
     def test_a_damaged_trace_is_left_out_as_advised(self, tmp_path: Path) -> None:
         """The advice was to exclude the line, which a trace does not take, and --exclude of the
         trace gave the same error."""

@@ -55,6 +55,7 @@ class TestSeparate:
         (overall,) = found["Separation"]
         assert (overall["method"], overall["readings_used"]) == ("least-squares", 24 * 24)
 
+    @pytest.mark.long
     def test_a_gross_error_is_named_and_left_out(self, tmp_path: Path) -> None:
         lines = READINGS.read_text().splitlines()
         row = lines.index(next(line for line in lines if line.startswith("7,12,")))

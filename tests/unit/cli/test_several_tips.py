@@ -61,6 +61,7 @@ def test_the_tips_in_their_file(made: tuple[Path, str]) -> None:
     assert said.startswith("2 tips have a map each, and their offsets from a")
 
 
+@pytest.mark.long
 def test_points_of_both_tips_are_those_of_one(folder: Path) -> None:
     """The same touches as if one probe had made them; only their u contains the offset."""
     run("compensate", folder / "bore.csv", "--map", folder / "star.json", "-o", folder / "two.csv")

@@ -147,6 +147,7 @@ class TestSamples:
         assert gaps.max() < 6.5 * DEGREE
         assert len(np.unique(spy.asked.round(9), axis=0)) == len(spy.asked)
 
+    @pytest.mark.long
     def test_the_largest_error_is_that_of_any_one(self) -> None:
         """A form that errs at one direction, more or less than the map, and nowhere else."""
         samples = MapSamples(mean_map(0.01), BAND)

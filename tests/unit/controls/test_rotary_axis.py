@@ -136,6 +136,7 @@ TRUE = {
 class TestCommand:
     LOG = EXAMPLES / "axis_touches.csv"
 
+    @pytest.mark.long
     def test_one_log_with_angles_in_its_labels(self, tmp_path: Path) -> None:
         """The axis of the example, 60 mm above the height at which its place is stated."""
         run("qualify", EXAMPLES / "sphere_touches.csv", "--diameter", 24.9987, "--tip-diameter", 6,
@@ -152,6 +153,7 @@ class TestCommand:
         run("axis", self.LOG, *options, "--work", "1,2,3", "-o", tmp_path / "axis.hal")
         assert "setp xyzac-trt-kins.x-rot-point 151.0" in (tmp_path / "axis.hal").read_text()
 
+    @pytest.mark.long
     def test_files_and_a_second_radius(self, tmp_path: Path) -> None:
         head, *lines = self.LOG.read_text().splitlines()
         files = []
@@ -246,6 +248,7 @@ class TestCentreOfTheMap:
         run("axis", tmp_path / "t.csv", "--axis", "A", "--map", path, "-o", tmp_path / "a.csv")
         return {row["quantity"]: row for row in rows(tmp_path / "a.csv")}
 
+    @pytest.mark.long
     def test_an_assumed_pretravel_along_the_axis_is_in_u_of_the_place(self, tmp_path: Path) -> None:
         """0.7 µm of pretravel more than assumed move every centre by that, and no residual says it.
 

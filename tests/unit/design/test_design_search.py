@@ -29,6 +29,7 @@ def wish(text: str) -> Wish:
     return wish_in(parse_toml(text + WALL, "wish.toml"))
 
 
+@pytest.mark.long
 def test_the_least_preload_that_keeps_a_force() -> None:
     """Forces of frictionless seats are in proportion to the preload, and so is the bending."""
     one = wish(

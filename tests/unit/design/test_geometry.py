@@ -239,6 +239,7 @@ def test_materials_of_a_stylus_follow_its_segments(omp40: Probe) -> None:
         assert _stylus_materials(uniform, other) == [stem] * len(names)
 
 
+@pytest.mark.long
 def test_a_sixth_refines_the_joints_of_the_whole(omp40: Probe) -> None:
     """A joint that the mirror planes cut has the diameter that it has in the whole body: images
     that touch are counted, one, two or six."""

@@ -165,6 +165,7 @@ def test_a_stylus_comes_from_behind_its_end(block: Part, clearance: float, meets
         assert (met[0] >= 0) == meets
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("within", "meets"), [(-0.5e-4, False), (0.5e-4, False), (2e-4, True)])
 def test_a_ball_that_passes_a_side_at_its_radius_is_free(
     block: Part, face_towards: np.ndarray, within: float, meets: bool

@@ -305,6 +305,7 @@ def test_errors_of_touches_are_independent_beside_those_of_the_reference() -> No
     assert seen.tip_factor == pytest.approx((1.0 + 3.0 / 12.5) ** (1.0 / 3.0), rel=1e-6)
 
 
+@pytest.mark.long
 def test_of_rotations_that_fit_as_well_the_nearest_to_the_start_is_given(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -125,6 +125,7 @@ def test_a_full_disk_is_said_and_what_was_done_is_kept(tmp_path: Path) -> None:
     assert len(read_results(tmp_path / "study.nc")) == 120
 
 
+@pytest.mark.long
 def test_two_runs_on_one_output_are_refused(tmp_path: Path) -> None:
     with Journal(journal_path(tmp_path / "study.nc"), digest_of(study())):
         done = subprocess.run(command(tmp_path, 3), cwd=tmp_path, capture_output=True, text=True)
@@ -142,6 +143,7 @@ def test_the_journal_of_another_study_is_kept(tmp_path: Path) -> None:
     assert len(read_results(path)) == 6
 
 
+@pytest.mark.long
 def test_a_restart_takes_nothing_from_a_study_that_runs(tmp_path: Path) -> None:
     path = journal_path(tmp_path / "study.nc")
     with Journal(path, digest_of(study())) as journal:

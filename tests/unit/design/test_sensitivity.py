@@ -106,6 +106,7 @@ def test_shares_of_a_hypercube_with_a_text() -> None:
     assert (shares.first_interval[:, 1] > exact).all()
 
 
+@pytest.mark.long
 def test_outputs_of_a_hypercube_are_resampled_together() -> None:
     """Each as if it were alone; y = a has the shares 1 and 0, y = a + 2 b has 1/5 and 4/5."""
     a, b = np.random.default_rng(4).uniform(-1.0, 1.0, (2, 2000))

@@ -173,6 +173,7 @@ class TestOnABlock:
 class TestLargePart:
     """A plate of 2.7 m: samples are 18 mm apart on it, and much closer on the small faces."""
 
+    @pytest.mark.long
     def test_the_nearest_face_is_found_among_small_ones(
         self, tip: PredictedTip, plate: Part
     ) -> None:

@@ -120,6 +120,7 @@ def test_words_and_intervals_agree() -> None:
     assert (few.verdict, many.verdict) == ("right", "too large")
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_sets() -> None:
     first, second = (_checked(ActingErrors(NOISE), sets=3) for _ in range(2))
     for one, other in zip(first.coverages, second.coverages, strict=True):

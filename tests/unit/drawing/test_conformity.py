@@ -146,6 +146,7 @@ class TestTableOfDecisions:
 class TestPromise:
     """A part at the limit is accepted, or rejected, in at most 5 of 100 measurements."""
 
+    @pytest.mark.long
     @pytest.mark.parametrize("sets", [60, pytest.param(200, marks=pytest.mark.slow)])
     def test_form(self, sets: int) -> None:
         """Lobes whose range is the tolerance, and smaller and larger ones: false decisions."""

@@ -11,6 +11,7 @@ from pretravel.drawing.features.largest_distance import largest_distance
 from pretravel.uncertainty import EXPANDED_COVERAGE
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("true", [0.0, 2.0, 6.0])
 @pytest.mark.parametrize("places", [1, 2])
 @pytest.mark.parametrize("sets", [40, pytest.param(200, marks=pytest.mark.slow)])

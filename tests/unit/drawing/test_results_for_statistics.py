@@ -131,6 +131,7 @@ def test_results_are_read_as_a_table(tmp_path: Path) -> None:
     assert "characteristics can be written" in told
 
 
+@pytest.mark.long
 def test_measure_writes_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     run(

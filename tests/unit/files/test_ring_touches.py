@@ -23,6 +23,7 @@ def test_the_normals_of_a_ring_are_not_taken_for_directions_of_travel(tmp_path: 
     assert np.allclose(found.normals, touches.normals)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("shape", "side"), [("pin", 1.0), ("ring", -1.0)])
 def test_a_log_of_one_round_reference_needs_no_offset(
     shape: str, side: float, tmp_path: Path

@@ -370,6 +370,7 @@ class TestNewcomer:
         positions[self.BAD] += 0.020 * touches.normals[self.BAD]
         return self._write(folder / "sphere.csv", replace(touches, positions=positions))
 
+    @pytest.mark.long
     def test_two_commands(self, tmp_path: Path) -> None:
         sphere = self._sphere(tmp_path)
         part = self._write(tmp_path / "part.csv", read_touches(EXAMPLES / "part_touches.csv"))

@@ -77,6 +77,7 @@ def test_errors_of_machine_and_probe_come_back(ring: bool, first: float) -> None
     assert result.dof == COUNT**2 - (2 * COUNT - 1) - (3 * COUNT - 5)
 
 
+@pytest.mark.long
 def test_uncertainties_are_those_of_the_noise() -> None:
     """20 tests, noise 0.5 µm: the mean of the pairs' variances within 4 standard errors (dof 90
     each: 3.3 %), though the circles take 31 of 121 degrees of freedom; the errors scatter as u
@@ -295,6 +296,7 @@ def test_readings_in_coarse_steps_are_refused() -> None:
         separate(_in_steps(_touches(np.random.default_rng(1), 0.3), 0.01))
 
 
+@pytest.mark.long
 def test_the_step_of_readings_is_in_u() -> None:
     """In steps of 5 µm, the reference in one place: 73 % of the machine's errors were in 2 u."""
     i, j = np.divmod(np.arange(COUNT**2), COUNT)

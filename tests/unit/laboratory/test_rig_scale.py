@@ -28,6 +28,7 @@ def _scale(
     return PLACES * (1.0 + slope) + NM * (wave + noise) + 1e-3 * RUNS
 
 
+@pytest.mark.long
 @pytest.mark.published(
     "Ren 2020", "Figure 9",
     what="scale against an interferometer, three runs",
@@ -114,6 +115,7 @@ def test_doubts() -> None:
     assert "too large to measure the pretravel" in scale_doubts(rough)[-1]
 
 
+@pytest.mark.long
 @pytest.mark.published("Ren 2020", "Figure 9")
 def test_rig_with_a_scale(tmp_path: Path) -> None:
     scale = _scale(np.random.default_rng(6), amplitude=6.0)

@@ -67,6 +67,7 @@ def _coverage(
     return float(np.mean(inside)), float(np.mean(false)), float(np.mean(found))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("noise", ["t3", "dirt"])
 def test_intervals_of_variances_cover_short(noise: str) -> None:
     """Six sets; the level of a set is common to its pairs, so that 80 % is what they can show."""
@@ -85,6 +86,7 @@ def test_intervals_of_variances_cover(noise: str) -> None:
     assert false <= 0.01 + 3.0 * math.sqrt(0.01 / 200)
 
 
+@pytest.mark.long
 def test_heavy_tails_widen_least_squares() -> None:
     """Six sets of t₃; their 95 % intervals contained 79 % of the pairs' variances."""
     assert _coverage("t3", 6, 8, "least-squares")[0] > 0.90

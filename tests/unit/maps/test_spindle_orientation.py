@@ -39,6 +39,7 @@ def _reference() -> Touches:
     return scene_of(Job("baseline", 4, "harmonic")).reference_touches
 
 
+@pytest.mark.long
 def test_a_map_states_the_orientation_of_its_touches(tmp_path: Path) -> None:
     assert _qualified(None).provenance.spindle_deg is None
     made = _qualified(180.0)

@@ -89,6 +89,7 @@ def test_the_travel_of_the_signal_delay_is_taken_off(stated: bool) -> None:
         align(replace(tips, feeds=None), part, made, placement, extrapolate=True)
 
 
+@pytest.mark.long
 def test_placements_are_covered_by_their_covariance() -> None:
     """The change of the placement with one touch, by alignments with that touch moved."""
     rng, part, made = np.random.default_rng(5), bracket(), radius_alone(RADIUS)
@@ -180,6 +181,7 @@ def test_gross_touches_are_named_and_left_out(count: int) -> None:
     assert _apart(part, found.placement, placement) < 0.03
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "count"), [(1, 24), (3, 24), (2, 40)])
 def test_a_gross_touch_drags_its_face_and_is_named(seed: int, count: int) -> None:
     """Each in turn, 0.3 mm off: the few others of its face follow it, and are no form of it."""
@@ -271,6 +273,7 @@ def test_the_sizes_of_bores_are_free_as_datums() -> None:
         assert found.association.residual_change(moved) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.long
 def test_datums_from_outside_the_material() -> None:
     """A: the tangent plane, found by all planes through three points. B and C: the outermost
     point, after A has turned the part. Its response is that of moved touches."""

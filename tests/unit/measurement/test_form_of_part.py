@@ -46,6 +46,7 @@ def test_displaced_faces_do_not_average_out() -> None:
     assert np.mean(found) == pytest.approx((5.0 * UM) ** 2 / 10.0, rel=0.22)
 
 
+@pytest.mark.long
 def test_waves_of_any_length_over_the_faces_are_contained() -> None:
     """Waves of 0.7 to 2.8 faces: a shift and two turns of eight faces are covered by u."""
     rng, face = np.random.default_rng(55), np.repeat(np.arange(8), 25)

@@ -283,6 +283,7 @@ class TestOfForm:
         with pytest.raises(PretravelError, match="fewer than 4 points"):
             _result(placed, "h1", "roundness", 0.01, "")
 
+    @pytest.mark.long
     def test_flatness_and_cylindricity_are_those_of_the_minimum_zone(self) -> None:
         """The same number as that of the form of the feature, found by another program."""
         generator = np.random.default_rng(3)

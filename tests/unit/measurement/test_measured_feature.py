@@ -201,6 +201,7 @@ class TestForm:
         # would by 2 expected / sqrt(24).
         assert found.quantity("diameter").parts[FORM_OF_PART] < 0.3 * 2.0 * expected / np.sqrt(24)
 
+    @pytest.mark.long
     @pytest.mark.parametrize("shape", ["none", "rough, 0.4 µm"])
     @pytest.mark.parametrize("sets", [40, pytest.param(100, marks=pytest.mark.slow)])
     def test_the_form_lies_in_its_interval(self, shape: str, sets: int) -> None:

@@ -54,6 +54,7 @@ def _with_noise(places: FloatArray) -> FloatArray:
     return places + np.array([100.0, 50.0, 0.0]) + RNG.normal(0.0, NOISE, places.shape)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", PLACES)
 @pytest.mark.parametrize("off", [-10.0, -1.0, 2.5])
 def test_each_point_that_missed_is_found(kind: str, off: float) -> None:

@@ -190,6 +190,7 @@ def test_one_kind_is_no_average() -> None:
         qualified(few, setup, [kind_named("physical")])
 
 
+@pytest.mark.long
 def test_auto_compares_all_kinds_and_several_those(monkeypatch: pytest.MonkeyPatch) -> None:
     """In one thread for matrices."""
     given: list[list[KindOfMap]] = []

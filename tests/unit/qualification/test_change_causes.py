@@ -142,6 +142,7 @@ CLEAR = {
 
 
 class TestCauses:
+    @pytest.mark.long
     @pytest.mark.parametrize("cause", [*CLEAR, Cause.ONE_DIRECTION])
     def test_clear_changes_are_named(self, cause: str) -> None:
         pretravel, noise = changed(cause)

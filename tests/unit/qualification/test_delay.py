@@ -201,6 +201,7 @@ def test_delay_is_told_apart(kind: str) -> None:
     assert (result.pretravel_map.delay, result.pretravel_map.feed) == (delay.delay, 0.0)
 
 
+@pytest.mark.long
 def test_without_noise_the_map_is_that_of_the_probe_at_rest() -> None:
     touches = _touches(np.random.default_rng(1), noise=0.0)
     moving = qualify(touches, 25.0, tip_diameter=6.0, search_outliers=False)

@@ -53,6 +53,7 @@ def test_series_begin_at_jumps_and_new_maps_and_count_from_them() -> None:
     assert found.moment(math.inf) is None
 
 
+@pytest.mark.long
 def test_the_first_of_several_due_dates_counts() -> None:
     """0.1 and 0.3 a day of which a unit is 1 µm, and one of 0.2 of which a unit is 2 µm."""
     times = np.arange(4.0)  # too few for a break

@@ -257,6 +257,7 @@ def _constant_map(value: float, u: float, repeatability: float) -> PretravelMap:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("degrees", [-14.0, pytest.param(10.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["harmonic", pytest.param("average", marks=pytest.mark.slow)])
 def test_a_probe_that_has_turned_by_many_degrees(kind: str, degrees: float) -> None:
@@ -314,6 +315,7 @@ def test_the_convention_of_the_old_map_is_kept(kind: str) -> None:
         assert u[0] < 1e-8
 
 
+@pytest.mark.long
 def test_an_average_of_kinds_is_updated_like_any_linear_map() -> None:
     """Its functions are redundant: constant and shift stand beside those of its parts."""
     old = averaged()

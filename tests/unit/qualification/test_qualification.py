@@ -256,6 +256,7 @@ class TestQualification:
         rng = np.random.default_rng(seed)
         return sphere_touches(self._pretravel(n) + rng.normal(0.0, noise, len(n)), n)
 
+    @pytest.mark.long
     def test_two_wrong_directions_are_named_once_each(self) -> None:
         """With the others' prediction, which contains neither: both errors come out as made."""
         n = np.concatenate([sphere_pattern_25(), fibonacci_cap(35, np.radians(85.0))])

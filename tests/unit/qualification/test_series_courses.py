@@ -362,6 +362,7 @@ def test_five_values_are_the_fewest_with_a_break() -> None:
         assert [one.day for one in found] == days
 
 
+@pytest.mark.long
 def test_days_keep_their_rows_where_values_are_missing_or_parts_begin_later() -> None:
     """Rows of the whole series, of values that other quantities do not have."""
     values, u = exact_jump(24, 17), np.full(24, 1e-3)

@@ -29,6 +29,7 @@ def _qualified(probe: SimulatedProbe, drift: FloatArray, *, slows: bool = False)
     return qualify(Touches(at, normals), 25.0, tip_diameter=6.0, kind="physical")
 
 
+@pytest.mark.long
 def test_a_drift_from_ring_to_ring_is_found() -> None:
     """Within four u, which are 0.3 µm across the axis and 0.6 µm along it."""
     probe = six_seats(np.random.default_rng(3))

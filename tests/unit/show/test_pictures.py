@@ -169,6 +169,7 @@ print("linewidth" in (Line2D.set.__doc__ or ""), hashlib.sha256(pixels).hexdiges
 """
 
 
+@pytest.mark.long
 def test_a_command_draws_the_same_without_texts_of_help() -> None:
     told = subprocess.run(
         [sys.executable, "-c", _IN_A_COMMAND], check=True, capture_output=True, text=True

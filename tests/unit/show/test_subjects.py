@@ -147,6 +147,7 @@ def _catalogue() -> Document:
     return catalogue_document({"omp40-2": load_probe("omp40-2")})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "subject",
     [

@@ -78,6 +78,7 @@ def _compared(case: str) -> tuple[float, float, float]:
     return float(np.mean(apart**2)), *variances
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(("beside", "said"), [(0.99, True), (1.01, False)])
 def test_is_stated_from_one_and_a_half_variances(case: str, beside: float, said: bool) -> None:

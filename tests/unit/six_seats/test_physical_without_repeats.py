@@ -63,6 +63,7 @@ def test_u_covers_another_kind_of_probe(lobes: str) -> None:
     assert np.sqrt(np.mean(np.square(ratios))) < 1.5
 
 
+@pytest.mark.long
 def test_another_kind_of_probe_is_said() -> None:
     """Four lobes look like none in rings of four and eight touches, at some azimuths."""
     rng = np.random.default_rng(16)

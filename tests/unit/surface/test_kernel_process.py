@@ -91,6 +91,7 @@ class TestCodeBesideAPart:
         )
         assert done.returncode == 0, done.stderr
 
+    @pytest.mark.long
     @pytest.mark.parametrize(
         "program",
         [
