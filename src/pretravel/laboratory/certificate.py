@@ -15,7 +15,7 @@ from pretravel.laboratory.rig.budget import (
 )
 from pretravel.laboratory.rig.calibration import DirectionPerformance, RigCalibration
 from pretravel.laboratory.rig.left_out import left_out_sentences
-from pretravel.laboratory.rig.trace import REFERENCE_TEMPERATURE
+from pretravel.laboratory.rig.trace import REFERENCE_TEMPERATURE, notes_of_touches
 from pretravel.uncertainty import Budget
 
 
@@ -111,7 +111,7 @@ def calibration_certificate(
         feeds=(min(feeds), max(feeds)),
         temperature=temperature,
         notes=(
-            *(f"{t.trace}: {note}" for t in calibration.touches for note in t.notes),
+            *notes_of_touches(calibration.touches),
             *left_out_sentences(calibration),
         ),
     )

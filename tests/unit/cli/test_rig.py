@@ -40,11 +40,13 @@ class TestRig:
         (tmp_path / "rig").mkdir()
         for path in (*TRACES, EXAMPLES / "rig_budget.csv"):
             (tmp_path / "rig" / path.name).write_bytes(path.read_bytes())
-        copy = tmp_path / "rig" / "rig_000_9.csv"
-        copy.write_bytes(TRACES[0].read_bytes())
-        told = both_outputs("rig", tmp_path / "rig" / place)[1]
-        assert "rig_000_9: its readings are those of rig_000_1" in told
-        copy.unlink()
+        copies = [tmp_path / "rig" / f"rig_000_{repeat}.csv" for repeat in range(5, 10)]
+        for copy in copies:
+            copy.write_bytes(TRACES[0].read_bytes())
+        told = " ".join(both_outputs("rig", tmp_path / "rig" / place)[1].split())
+        assert "rig_000_7 and 2 more: the readings are those of rig_000_1" in told
+        for copy in copies:
+            copy.unlink()
         run("rig", tmp_path / "rig" / place, "-o", tmp_path / "rig.csv")
         expected = [p.stem for p in TRACES if not place or folder.joinpath(p.name).match(place)]
         assert [row["trace"] for row in rows(tmp_path / "rig.csv")] == expected

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -143,6 +144,28 @@ class RigTouch:
     def u_pretravel(self) -> float:
         """Standard uncertainty of the pretravel. [mm]"""
         return math.hypot(self.u_r0, self.u_r1)
+
+
+_NAMED = 3
+
+
+def notes_of_touches(touches: Iterable[RigTouch]) -> list[str]:
+    """The irregularities of touches, each with its traces: one sentence for those that are alike.
+
+    Parameters
+    ----------
+    touches : iterable of RigTouch
+    """
+    traces: dict[str, list[str]] = {}
+    for touch in touches:
+        for note in touch.notes:
+            traces.setdefault(note, []).append(touch.trace)
+    return [
+        f"{', '.join(names[:_NAMED])}"
+        + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+        + f": {note}"
+        for note, names in traces.items()
+    ]
 
 
 def at_reference_temperature(trace: RigTrace, temperature: float, expansion: float) -> RigTrace:

@@ -304,7 +304,7 @@ def _copies_noted(traces: Sequence[RigTrace], touches: Sequence[RigTouch]) -> tu
     for trace, touch in zip(traces, touches, strict=True):
         same = first.setdefault(trace.ruler.tobytes() + trace.laser.tobytes(), trace.name)
         copy = (
-            f"its readings are those of {same}, to the last digit: a copy counts as a repeat, and "
+            f"the readings are those of {same}, to the last digit: a copy counts as a repeat, and "
             "makes scatter and u too small. Leave it out"
         )
         found.append(touch if same == trace.name else replace(touch, notes=(*touch.notes, copy)))
@@ -394,10 +394,11 @@ class CalibratedRig(Result):
         """Irregularities of the traces, and doubts about the budget."""
         from pretravel.laboratory.rig.budget import budget_doubts, repeatability_doubts
         from pretravel.laboratory.rig.scale import scale_doubts
+        from pretravel.laboratory.rig.trace import notes_of_touches
         from pretravel.touches import coarse_warnings
 
         return [
-            *(f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes),
+            *notes_of_touches(self.touches),
             *budget_doubts(self.components),
             *(() if self.checked is None else scale_doubts(self.checked)),
             *repeatability_doubts(self.calibration, self.components),
