@@ -22,6 +22,8 @@ from tests.support.machine_model.probe import Fault, Probe
 from tests.support.machine_model.world import Ball, Box, Ring, Thing, World
 from tests.support.simulated_probe import simulated_map, simulated_pretravel
 
+pytestmark = pytest.mark.long  # a cycle under each fault
+
 # Call, place of the tip before it, what is on the table, number of contacts.
 LARGEST = 1.0
 CYCLES: dict[str, tuple[str, Vector, Thing, int]] = {
@@ -179,7 +181,6 @@ class TestFaults:
             assert trace.contacts <= contact + (kind == "stuck")
             check_harmless(trace, name)
 
-    @pytest.mark.long
     @pytest.mark.parametrize("distance", [0.05, 0.6])
     @pytest.mark.parametrize("name", [name for name in CYCLES if name != "sphere"])
     def test_a_false_trip_within_the_clearance_sets_nothing(

@@ -39,6 +39,8 @@ from tests.support.machine_model.machine import Machine, Trace, run
 from tests.support.machine_model.modes import Modes, Vector
 from tests.support.machine_model.probe import Fault, FaultKind, Probe, constant
 
+pytestmark = pytest.mark.long  # a program under each fault
+
 PROGRAMS: dict[str, Callable[[], Judged]] = {
     "sphere": sphere_program,
     "part": part_program,
@@ -68,7 +70,6 @@ def name(request: pytest.FixtureRequest) -> str:
 
 
 class TestHealthyProbe:
-    @pytest.mark.long
     def test_all_touches_and_no_law_broken(self, name: str) -> None:
         judged = PROGRAMS[name]()
         trace = judged.run()
@@ -169,7 +170,6 @@ class TestFaultsAtEveryTouch:
         assert trace.ended != "end"
         assert broken(name, judged, trace) == []
 
-    @pytest.mark.long
     def test_false_trip_on_each_straight_way(self, name: str) -> None:
         judged = PROGRAMS[name]()
         for first, last in judged.plan.segments:
@@ -196,7 +196,6 @@ class TestMissesThatAreAllowed:
 
     LAWS = tuple(law for law in LAWS if law is not stops_at_a_miss)
 
-    @pytest.mark.long
     def test_one_miss_is_left_out(self) -> None:
         judged = part_program(allow_misses=True)
         for number in range(2, len(judged.plan.touches) + 1):
@@ -246,7 +245,6 @@ class TestSurroundings:
             assert "tool length" in trace.error
             assert broken("sphere", judged, trace) == []
 
-    @pytest.mark.long
     def test_missing_subroutines(self) -> None:
         judged = part_program(compensated=True)
         for missing in judged.subroutines:
@@ -300,7 +298,6 @@ class TestModes:
             assert (trace.ended == "end") == (fault is None), trace.error
             assert trace.after.tool_offset == pytest.approx(length, abs=1e-9)
 
-    @pytest.mark.long
     def test_esc_at_any_move_leaves_nothing_behind(self) -> None:
         """The control discards what is left; its handler gives back what was active."""
         modes = Modes(units="G20", distance="G91", feed=100.0, adaptive_feed=True)

@@ -28,6 +28,8 @@ from tests.support.commands import follow
 from tests.support.examples import EXAMPLES
 from tests.support.task_samples import samples
 
+pytestmark = pytest.mark.long  # each mode of each task is run
+
 MADE = """\
 pretravel qualify sphere_touches.csv --diameter 24.9987 --tip-diameter 6 --kind harmonic -o map.json
 pretravel qualify star_touches.csv --diameter 25 --tip down=4 --tip right=4@-1,0,0 --tip left=4@1,0,0 --kind mean -o star.json
@@ -220,7 +222,6 @@ def recorded(task: Task) -> Iterator[set[str]]:
         yield seen
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("line", RUNS)
 def test_what_a_mode_accepts_is_looked_at(line: str, folder: Path) -> None:
     del folder

@@ -18,6 +18,8 @@ from pretravel.task.task import Task
 from tests.support.example_maps import mean_map
 from tests.support.touched_bracket import write_bracket
 
+pytestmark = pytest.mark.long  # each task with each input
+
 COMMANDS = (
     "qualify touches.csv --diameter 25 --tip-diameter 6 --kind mean -o made.json",
     "qualify touches.csv --diameter 25 --tip-diameter 6 -o made.json",

@@ -29,6 +29,8 @@ from pretravel.prediction.catalogue import description_text
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 
+pytestmark = pytest.mark.long  # a part is placed first
+
 
 @pytest.mark.parametrize("name", ["evil.py", "evil.py#a.step"])
 def test_a_python_file_as_part_is_not_executed(tmp_path: Path, name: str) -> None:
@@ -115,7 +117,6 @@ def bracket(tmp_path_factory: pytest.TempPathFactory) -> tuple[PartResult, dict[
     return compensate_part(Inputs({"aligned": True}, files | {"map": (made,)})), files
 
 
-@pytest.mark.long
 def test_a_part_that_lies_anywhere_as_on_the_command_line(
     bracket: tuple[PartResult, dict[str, tuple[Path]]],
     tmp_path: Path,

@@ -26,6 +26,8 @@ from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
 from tests.support.plans import DRAWING
 
+pytestmark = pytest.mark.long  # a search for each placement
+
 PART, TOUCHES = EXAMPLES / "bracket.step", EXAMPLES / "bracket_touches.csv"
 TRUE = parse_placement("212,-48,-210,0.4,-0.3,33")
 
@@ -40,7 +42,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-@pytest.mark.long
 def test_the_placement_is_found_from_nothing(folder: Path) -> None:
     """That of the simulation, within U of the six motions."""
     found = read_placement(folder / "place.json")
@@ -81,7 +82,6 @@ def test_compensate_reads_the_placement_and_takes_normals_of_the_part(folder: Pa
     assert points.positions[:, 2].max() < -170.0
 
 
-@pytest.mark.long
 def test_datums_and_what_they_do_not_determine(folder: Path) -> None:
     text, warned = both_outputs(
         "align", TOUCHES, "--part", PART, "--map", folder / "map.json",
@@ -114,7 +114,6 @@ def test_a_datum_without_a_motion_left_is_named_and_not_used(folder: Path) -> No
     assert "no motion left" not in warned
 
 
-@pytest.mark.long
 def test_a_start_and_a_page(folder: Path) -> None:
     start = "212.3,-48.2,-210,0,0,33.5"
     run("align", TOUCHES, "--part", PART, "--tip-diameter", 6, "--start", start,
@@ -126,7 +125,6 @@ def test_a_start_and_a_page(folder: Path) -> None:
     assert "79 of 79 touches" in again or "touches, best fit" in again
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -259,7 +257,6 @@ def test_coordinates_alone_are_measured_and_no_tolerance_is_decided(tmp_path: Pa
     assert "roundness" not in text
 
 
-@pytest.mark.long
 def test_tolerances_to_datums_of_a_drawing(folder: Path) -> None:
     """The bracket is made as its model: distances of bores √(53² + 2²), positions near zero."""
     drawing, table = folder / "drawing.toml", folder / "drawing.csv"
@@ -310,7 +307,6 @@ def test_the_plan_of_another_system_is_a_drawing(folder: Path) -> None:
     assert "left out: T(X) of bore1: CORTOL is not read" in text + warned
 
 
-@pytest.mark.long
 def test_datums_from_outside_the_material(folder: Path) -> None:
     text = run("align", TOUCHES, "--part", PART, "--map", folder / "map.json", "--datum", "A=3",
                "--datum", "B=12,14", "--datum-association", "outside", "--verbose")  # fmt: skip

@@ -24,6 +24,8 @@ from tests.support.commands import both_outputs, run
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import feature_points
 
+pytestmark = pytest.mark.long  # a part is compensated first
+
 MODEL = EXAMPLES / "bracket_pmi.step"
 TOUCHES = EXAMPLES / "bracket_touches.csv"
 
@@ -44,7 +46,6 @@ def points(folder: Path) -> Points:
     return pretravel.read_points(folder / "points.csv")
 
 
-@pytest.mark.long
 def test_three_commands_to_the_lines(folder: Path) -> None:
     told = run("measure", folder / "points.csv", "--drawing", folder / "drawing.toml", "--part",
                MODEL, "--u-machine", 1, code=3)  # fmt: skip
@@ -70,7 +71,6 @@ def test_faces_of_points(points: Points) -> None:
     assert len(points[points.face == 12]) == 8
 
 
-@pytest.mark.long
 def test_python_gives_the_same(folder: Path, points: Points) -> None:
     part = pretravel.read_part(MODEL)
     drawing = pretravel.read_drawing(folder / "drawing.toml")
@@ -87,7 +87,6 @@ def test_python_gives_the_same(folder: Path, points: Points) -> None:
     assert np.array_equal(aligned.in_part.face, points.face)
 
 
-@pytest.mark.long
 def test_numbers_have_the_digits_of_their_u(folder: Path, points: Points) -> None:
     """Two of u; a range that was read off one more than the least of its feature."""
     drawing, part = pretravel.read_drawing(folder / "drawing.toml"), pretravel.read_part(MODEL)
@@ -110,7 +109,6 @@ def test_numbers_have_the_digits_of_their_u(folder: Path, points: Points) -> Non
     assert len(read_off.partition(".")[2]) == 5
 
 
-@pytest.mark.long
 def test_the_picture_has_a_flag_for_what_fails(folder: Path, points: Points) -> None:
     """Above the part, whose top is at 20 mm: a bore that was touched 14 mm below it, too."""
     part = pretravel.read_part(MODEL)
@@ -195,7 +193,6 @@ def test_an_angle_is_that_of_the_drawing(drawn: float) -> None:
 class TestThePartWasChanged:
     """After the drawing or the points were made: the answer says where they differ."""
 
-    @pytest.mark.long
     def test_a_bore_that_was_moved(self, folder: Path, tmp_path: Path) -> None:
         moved = tmp_path / "moved.step"  # by 1 mm in y
         moved.write_text(re.sub(r"\((6[59]\.),14\.,", r"(\1,15.,", MODEL.read_text()))
@@ -204,7 +201,6 @@ class TestThePartWasChanged:
         said = "cylinder14: its place in the drawing is 1.000 mm from face 14 of moved.step"
         assert [said in row for row in warned.splitlines() if "in the drawing is" in row] == [True]
 
-    @pytest.mark.long
     def test_touches_of_another_face(self, folder: Path, points: Points) -> None:
         assert points.face is not None
         other = points.face.copy()
@@ -245,7 +241,6 @@ def test_a_feature_states_its_points_once(row: dict[str, object], words: str) ->
         pretravel.DrawnFeature(**row)  # type: ignore[arg-type]
 
 
-@pytest.mark.long
 def test_the_former_option_warns(folder: Path) -> None:
     _, warned = both_outputs("measure", folder / "points.csv", "--features",
                              folder / "drawing.toml", "--part", MODEL, code=3)  # fmt: skip
