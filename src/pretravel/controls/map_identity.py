@@ -15,9 +15,9 @@ _NUMBERS = 900_000_000
 _FIRST = 100_000_000
 """Nine digits: controls keep such integers exactly."""
 _SAME_FEED = 0.02
+"""Part of a feed within which it is the same."""
 _KNOWN_SIZE = 5.0 * MICROMETRE
 """Largest standard uncertainty of a tip's radius by a calibrated reference. [mm]"""
-"""Part of a feed within which it is the same."""
 
 
 @dataclass(frozen=True)

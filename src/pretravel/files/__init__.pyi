@@ -103,6 +103,7 @@ from .several_files import read_series as read_series
 from .source_file import UNITS as UNITS
 from .source_file import Source as Source
 from .source_file import SourceFile as SourceFile
+from .source_file import first_few as first_few
 from .source_file import opened as opened
 from .source_file import shortened as shortened
 from .star_file import is_star_file as is_star_file

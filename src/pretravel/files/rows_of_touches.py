@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
+from pretravel.files.source_file import first_few
 from pretravel.files.text_table import TextTable
 
-_SHOWN = 5
 _MOST_KINDS = 8
 _TOUCHES = {
     "touch", "touched", "probe", "probing", "probed", "trigger", "triggered", "contact", "hit",
@@ -71,13 +71,7 @@ def rows_of_touches(text: TextTable, stated: Collection[int]) -> tuple[TextTable
         Columns whose meaning is given.
     """
     for i, title in enumerate(text.names or ()):
-        kinds = Counter(cell.strip().lower() for cell in text.column(i))
-        if i in stated or not 1 < len(kinds) < min(len(text.rows), _MOST_KINDS):
-            continue
-        if not kinds.keys() <= _TOUCHES | _MOVES:
-            continue
-        moves = kinds.keys() & _MOVES
-        if not moves or not kinds.keys() & _TOUCHES:
+        if i in stated or not (moves := _moves_among(text.column(i))):
             continue
         kept = [k for k, cell in enumerate(text.column(i)) if cell.strip().lower() not in moves]
         left = Counter(cell for cell in text.column(i) if cell.strip().lower() in moves)
@@ -86,6 +80,18 @@ def rows_of_touches(text: TextTable, stated: Collection[int]) -> tuple[TextTable
         rows, lines = [text.rows[k] for k in kept], [text.lines[k] for k in kept]
         return replace(text, rows=tuple(rows), lines=tuple(lines)), (told,)
     return text, ()
+
+
+def _moves_among(cells: Sequence[str]) -> set[str]:
+    """The words of moves in a column that has a few kinds of moves and touches, and no others."""
+    kinds = set[str]()
+    for cell in cells:
+        word = cell.strip().lower()
+        if word not in _TOUCHES and word not in _MOVES:
+            return set()
+        kinds.add(word)
+    few = len(kinds) < min(len(cells), _MOST_KINDS)
+    return kinds & _MOVES if few and kinds & _TOUCHES else set()
 
 
 def with_travel(text: TextTable) -> TextTable:
@@ -99,8 +105,10 @@ def with_travel(text: TextTable) -> TextTable:
     if {"ax", "ay", "az"} & {*names}:
         return text
     for i, title in enumerate(names):
+        if not _OF_TRAVEL.fullmatch(title.strip()):
+            continue
         cells = [cell.strip().upper() for cell in text.column(i)]
-        if not _OF_TRAVEL.fullmatch(title.strip()) or not all(map(_WAY.fullmatch, cells)):
+        if not all(map(_WAY.fullmatch, cells)):
             continue
         rows = []
         for row, cell in zip(text.rows, cells, strict=True):
@@ -133,21 +141,22 @@ def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
     """
     told = []
     for i in unread:
+        flags = _FLAGS.fullmatch(text.title(i).strip()) is not None
+        if not flags and not is_verdict(text.title(i)):
+            continue
         cells = [cell.strip() for cell in text.column(i)]
-        bad = [k for k, cell in enumerate(cells) if _NOT_GOOD.fullmatch(cell)]
-        good = [k for k, cell in enumerate(cells) if not cell or _GOOD.fullmatch(cell)]
-        if _FLAGS.fullmatch(text.title(i).strip()) and all(map(str.isdecimal, cells)):
-            good = [k for k, cell in enumerate(cells) if int(cell[:_DIGITS]) == 0]
-            bad = [k for k in range(len(cells)) if k not in good]
-        elif not is_verdict(text.title(i)):
+        if flags and all(map(str.isdecimal, cells)):
+            bad = [k for k, cell in enumerate(cells) if int(cell[:_DIGITS]) != 0]
+            good = len(cells) - len(bad)
+        elif is_verdict(text.title(i)):
+            bad = [k for k, cell in enumerate(cells) if _NOT_GOOD.fullmatch(cell)]
+            good = sum(1 for cell in cells if not cell or _GOOD.fullmatch(cell))
+        else:
             continue
-        if not bad or len(bad) + len(good) < len(cells):
-            continue
-        if good:
-            lines = ", ".join(str(text.lines[k]) for k in bad[:_SHOWN])
-            more = " …" if len(bad) > _SHOWN else ""
+        if bad and good and len(bad) + good >= len(cells):
+            lines = first_few(text.lines[k] for k in bad)
             told.append(
-                f"{text.title(i)} is '{cells[bad[0]]}' in line {lines}{more}: of the part, or of "
+                f"{text.title(i)} is '{cells[bad[0]]}' in line {lines}: of the part, or of "
                 "the touch? The rows are used; leave out what is no touch"
             )
     return tuple(told)

@@ -15,6 +15,7 @@ from pretravel.base import FloatArray, InputError, PretravelError
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
 from pretravel.files.readings import read_readings
+from pretravel.files.source_file import first_few
 from pretravel.touches import (
     WORD_COLUMNS,
     Touches,
@@ -305,9 +306,8 @@ def _it_has(folder: Path) -> str:
     """What is in a folder, as the end of a message."""
     if not folder.is_dir():
         return f"the folder {folder} does not exist"
-    names = [path.name for path in _in_order(folder.iterdir()) if path.is_file()]
-    listed = ", ".join(names[:_LISTED]) + (" …" if len(names) > _LISTED else "")
-    return f"{folder.resolve()} has {listed or 'no files'}"
+    names = (path.name for path in _in_order(folder.iterdir()) if path.is_file())
+    return f"{folder.resolve()} has {first_few(names, _LISTED) or 'no files'}"
 
 
 def _matching(pattern: Path) -> list[Path]:

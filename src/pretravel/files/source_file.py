@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -185,6 +185,16 @@ def shortened(text: str) -> str:
     ('G1 X1', 60)
     """
     return text if len(text) <= _QUOTED else f"{text[: _QUOTED - 1]}…"
+
+
+def first_few(words: Iterable[object], most: int = 5) -> str:
+    """Words for a message: the first ones, and whether there are more.
+
+    >>> first_few([3, 5, 8]), first_few(range(9), 2)
+    ('3, 5, 8', '0, 1 …')
+    """
+    every = list(words)
+    return ", ".join(map(str, every[:most])) + (" …" if len(every) > most else "")
 
 
 def _encodings(content: bytes) -> list[tuple[str, str]]:

@@ -326,19 +326,23 @@ def _breaks_of_pages(
 
     They are taken from the rows.
     """
-    pages = [r for r in body if r[1][0][:1] in _PAGE_BEGINS and _PAGE.fullmatch(" ".join(r[1]))]
-    again = [row for row in body if row[1] == header]
+    pages = {
+        number for number, cells in body
+        if cells[0][:1] in _PAGE_BEGINS and _PAGE.fullmatch(" ".join(cells))
+    }  # fmt: skip
+    again = {number for number, cells in body if cells == header}
     if not (pages or again):
         return []
     goes_on = False
     if header is not None and column_name(header[0]).role == "label":
-        counts = [row[1][0] for row in body if row not in pages and row not in again]
+        counts = [cells[0] for number, cells in body if number not in pages | again]
         goes_on = all(cell.isdecimal() and len(cell) < _COUNT for cell in counts) and all(
             int(b) == int(a) + 1 for a, b in itertools.pairwise(counts)
         )
-    taken = pages + (again if goes_on else [])
-    body[:] = [row for row in body if row not in taken]
-    return sorted(taken)
+    taken = pages | again if goes_on else pages
+    found = [row for row in body if row[0] in taken]
+    body[:] = [row for row in body if row[0] not in taken]
+    return found
 
 
 def _results_below(body: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:

@@ -139,7 +139,7 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
     ------
     PretravelError
         Both are stated, and differ; or the touches are of several and the map states none; one
-        of them alone is of means at two orientations.
+        is of means at two orientations of the spindle, the other is not.
     """
     _refuse_reversal(touches, pretravel_map)
     made = pretravel_map.provenance

@@ -6,6 +6,7 @@ from .change_causes import Cause as Cause
 from .change_causes import LikelyCause as LikelyCause
 from .change_tests import Change as Change
 from .delay import SignalDelay as SignalDelay
+from .delay import several_feeds as several_feeds
 from .delay import travel_per_second as travel_per_second
 from .drifts import DailyQuantity as DailyQuantity
 from .drifts import DriftOverTime as DriftOverTime

@@ -16,6 +16,7 @@ from pretravel.files import (
     SourceFile,
     StatedRows,
     filled_in,
+    first_few,
 )
 from pretravel.touches import Touches, word_fields
 
@@ -122,8 +123,8 @@ def _failed_touches(lines: Sequence[int]) -> tuple[str, ...]:
     """A sentence about touches that failed, of which a firmware reports no height."""
     if not lines:
         return ()
-    shown = ", ".join(map(str, lines[:_SHOWN])) + (" …" if len(lines) > _SHOWN else "")
     count = "1 touch" if len(lines) == 1 else f"{len(lines)} touches"
+    shown = first_few(lines)
     return (f"{count} failed, as the firmware says (line {shown}): no height is read of them",)
 
 
@@ -136,7 +137,6 @@ def sent_line(line: str) -> str:
     return _BEFORE.sub("", line.strip(), count=1)
 
 
-_SHOWN = 5
 _FAILED = re.compile(
     r"\bno trigger on\b|\bnot triggered\b|\bprobing failed\b|\bfailed to (?:trigger|probe)\b|"
     r"\b(?:already )?triggered (?:prior to|before)\b|\bBLTouch (?:error|failed)|"

@@ -9,14 +9,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pretravel.base import INCH, FloatArray
-from pretravel.files import FilePositions, without_comments
+from pretravel.files import FilePositions, first_few, without_comments
 
 _REPORTS = re.compile(r"<[^<>]*>|\[(?!GC:)[A-Za-z0-9.]+:[^\[\]]*\]")
 """What the control reports, in which F has another meaning."""
 _MOVE = re.compile(r"G38\.([2-5])(?!\d)", re.IGNORECASE)
 _AWAY = "45"
 """G38.4 and G38.5 move until the contact ends."""
-_SHOWN = 5
 _ORDER = re.compile(r"(?<![A-Z])G\d|^\W*F\s*\d", re.IGNORECASE)
 _FEED = re.compile(r"(?<![A-Z])F\s*(\d{1,9}(?:\.\d{0,9})?)(?![\d.])", re.IGNORECASE)
 _UNITS = re.compile(r"(?<![A-Z])G2([01])(?![\d.])", re.IGNORECASE)
@@ -90,9 +89,8 @@ class LoggedFeeds:
         if away and all(away):
             told = ("all moves are G38.4 or G38.5: the positions are where a contact ended",)
         elif any(away):
-            lines = [line for line, left in zip(found.lines, away, strict=True) if left]
-            shown = ", ".join(map(str, lines[:_SHOWN])) + (" …" if len(lines) > _SHOWN else "")
-            told = (f"left out, since a contact ended there (G38.4, G38.5): line {shown}",)
+            lines = first_few(line for line, left in zip(found.lines, away, strict=True) if left)
+            told = (f"left out, since a contact ended there (G38.4, G38.5): line {lines}",)
             found = found.take(~np.array(away))
         warnings = (*found.warnings, *told)
         return replace(found, understood=self.sentence(found.feeds), warnings=warnings)

@@ -31,8 +31,8 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
     -------
     FileReadings
         In mm, with normals along z. Labels: M48 1/1 … of each M48, bed/1 … of the others. The
-        height that M48 V4 reports before it counts is the first touch of its series; of a touch
-        that is reported twice one report is taken.
+        height that M48 V4 reports before it counts is the first touch of its series; a touch
+        that is reported twice is read once.
 
     Raises
     ------
@@ -80,10 +80,10 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
 
 
 def _reported_twice(lines: Sequence[str]) -> set[int]:
-    """Lines of touches in M48 whose height the next line, which counts, reports again.
+    """Lines of touches in M48 whose height is repeated in the next line, with a count.
 
-    Before it counts, M48 touches once, perhaps at the height of the touch that it counts first:
-    where only that one occurs twice, the two are different touches.
+    M48 touches once before it counts. By chance this height can equal that of the first counted
+    touch: if no other height is repeated, they are two touches.
     """
     found: set[int] = set()
     series: list[int] = []

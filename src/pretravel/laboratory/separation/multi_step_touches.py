@@ -19,6 +19,7 @@ from pretravel.base import (
     probe_rotation,
 )
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+from pretravel.qualification import several_feeds
 from pretravel.touches import Touches, quantisation_step
 from pretravel.uncertainty import fit_sphere
 
@@ -33,7 +34,6 @@ _SMALLEST = 0.2
 """Radius of a circle of tip and reference together, or of a tip in a ring. [mm]"""
 _OTHER_RADIUS = 0.2
 """Difference of radii that neither pretravel nor another qualification makes. [mm]"""
-_SAME_FEED = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,11 +244,10 @@ def _check_circles(radii: FloatArray, orientations: FloatArray) -> None:
 
 def _check_feeds(touches: Touches, setup: IntArray, orientations: FloatArray) -> None:
     """Refuse several feeds in one setup: the circle does not take up their delay travel."""
-    if touches.feeds is None:
-        return
     for number, angle in enumerate(orientations):
-        feeds = touches.feeds[setup == number]
-        if np.ptp(feeds) > _SAME_FEED * feeds.max():
+        own = touches.take(setup == number)
+        if own.feeds is not None and several_feeds(own):
+            feeds = own.feeds
             raise PretravelError(
                 f"at the orientation of {angle / DEGREE:g}° the touches are at {feeds.min():g} to "
                 f"{feeds.max():g} mm/min: feed × signal delay would look like an error of single "

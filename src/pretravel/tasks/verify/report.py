@@ -80,7 +80,7 @@ def verification_document(
         pictures=(
             Picture("Differences, and the control chart" if entries else "Differences", drawn),
         ),
-        notes=_NOTES[_drifted(result) :] if keep else (),
+        notes=((_NOT_SHOWN,) if _drifted(result) else (_CHECK_STYLUS, _NOT_SHOWN)) if keep else (),
         warnings=(*unseen, *warnings, *result.warnings),
         data=_data(result, decision),
     )
@@ -127,12 +127,12 @@ _FEWER = 0.95
 _TESTS = 3
 """They share the rate of false alarms: each has a third of it, as the report says."""
 _UNTIL_THEN = "; do not use it until the cause is found"
-_NOTES = (
-    (
-        "check the stylus and its mount, then touch the reference again, or accept the map of the "
-        "new touches"
-    ),
-    "a bent stylus or a moved tip shifts only the centre: touches on a reference do not show it",
+_CHECK_STYLUS = (
+    "check the stylus and its mount, then touch the reference again, or accept the map of the new "
+    "touches"
+)
+_NOT_SHOWN = (
+    "a bent stylus or a moved tip shifts only the centre: touches on a reference do not show it"
 )
 
 

@@ -143,12 +143,14 @@ class FindAxis(TouchFilesWithFeed, Reported):
         ------
         PretravelError
         """
+        from pretravel.maps import same_tip
+
         if self.diameter is None:
             return
         measured = 2.0 * found.radius
         tip = pretravel_map is None
-        apart = measured - self.diameter
-        if apart < -_OTHER_SPHERE or (not tip and apart > _OTHER_SPHERE):
+        larger = tip and measured > self.diameter
+        if not (larger or same_tip(measured, self.diameter)):  # as tips, by pretravel and tolerance
             raise PretravelError(
                 f"the sphere has a diameter of {self.diameter:g} mm, and the touches lie on one of "
                 f"{measured:.3f} mm{' with the tip' if tip else ''}: one of them is wrong",
@@ -212,8 +214,6 @@ class FindAxis(TouchFilesWithFeed, Reported):
 
 _SAME_ANGLE = 0.1
 """Of an angle as it was asked for and as a control shows it. [°]"""
-_OTHER_SPHERE = 0.18
-"""Of two diameters of one sphere: pretravel and tolerance of the tip are less. [mm]"""
 _SAME_PLACE = 0.5
 """Up to this difference, distances from the axis, or places along it, are one. [mm]"""
 _SCATTERS_MORE = 3.0
@@ -229,10 +229,11 @@ def _refuse_turned_spindle(sets: list[Touches]) -> None:
     ------
     PretravelError
     """
-    from pretravel.maps import orientation_of
+    from pretravel.maps import SAME_ORIENTATION, orientation_of
 
     stated = [angle for own in sets if (angle := orientation_of(own)) is not None]
-    other = [angle for angle in stated if 1.0 < (angle - stated[0]) % 360.0 < 359.0]
+    turns = [abs((angle - stated[0] + 180.0) % 360.0 - 180.0) for angle in stated]
+    other = [angle for angle, turn in zip(stated, turns, strict=True) if turn > SAME_ORIENTATION]
     if other:
         raise PretravelError(
             f"the spindle is at {stated[0]:g}° in some of these touches and at {other[0]:g}° in "
