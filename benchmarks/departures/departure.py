@@ -63,6 +63,8 @@ class Departure:
     """Of single touches on the reference, at random places, outwards."""
     check: int | None = None
     """Number of touches that bring the map of the probe before `change` up to date."""
+    check_drift: float = 0.0
+    """Of the reference, from the first of these touches to the last."""
     change: Callable[[SimulatedProbe, np.random.Generator], SimulatedProbe] = aged
     spindle: tuple[float, float] = (0.0, 0.0)
     """Orientation during the touches on the reference, and during those of the part. [°]"""

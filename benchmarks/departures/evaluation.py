@@ -209,7 +209,8 @@ def qualified(scene: Scene, job: Job) -> Qualified:
 def _checked(scene: Scene, job: Job, old_map: PretravelMap, count: int) -> Qualified:
     planned = plan_touches(old_map, count).normals
     generator = np.random.default_rng([job.seed, job.number, count])
-    departure = replace(scene.departure, directions=planned, repeats=1)
+    drift = scene.departure.check_drift
+    departure = replace(scene.departure, directions=planned, repeats=1, drift=drift)
     today = reference_run(departure, scene.probe, generator)
     at = latched(today.run, scene.probe, departure, generator)
     stated = departure.feed_stated[0]

@@ -69,6 +69,15 @@ ROWS: Mapping[str, Departure] = {
     "prior_9": Departure("map of an aged probe, 9 planned touches", check=9),
     "prior_15": Departure("map of an aged probe, 15 planned touches", check=15),
     **_CHANGED,
+    **{
+        f"drifting_{count}": Departure(
+            f"map of an unchanged probe, {count} planned touches, sphere drifts 4 µm",
+            check=count,
+            check_drift=4.0 * MICROMETRE,
+            change=lambda probe, _: probe,
+        )
+        for count in (9, 15)
+    },
     "quantised": Departure(
         "latch quantised to 1 µm, noise 0.1 µm", quantum=MICROMETRE, noise=0.1 * MICROMETRE
     ),

@@ -16,14 +16,14 @@ from enum import StrEnum
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
-from pretravel.maps import PretravelMap, ReferenceDrift
+from pretravel.maps import PretravelMap
 from pretravel.qualification.change_tests import (
     TouchesAndMap,
     covariance_if_turned,
     turned_value,
     without_center,
 )
-from pretravel.qualification.touch_order import relative_times
+from pretravel.qualification.touch_order import drift_columns
 
 
 class Cause(StrEnum):
@@ -274,11 +274,10 @@ def _of_soft_side(compared: TouchesAndMap, weights: FloatArray) -> _Evidence:
 def _of_drift(compared: TouchesAndMap, weights: FloatArray) -> _Evidence:
     """Of a reference that moves while it is touched, steadily or as a machine that warms up."""
     seen = compared.observation
-    counts = np.bincount(seen.groups)
-    times = relative_times(np.arange(len(seen.groups)))
+    counts, order = np.bincount(seen.groups), np.arange(len(seen.groups))
     found = []
     for slows in (False, True):
-        moved = seen.directions[:, : seen.axes] * ReferenceDrift.course(times, slows=slows)[:, None]
+        moved = drift_columns(seen.directions[:, : seen.axes], order, slows=slows)
         means = np.stack([np.bincount(seen.groups, column) for column in moved.T], axis=1)
         found.append(_of_vector(compared, weights, means / counts[:, None], _DRIFT))
     likelier = max(found, key=lambda each: each.log)

@@ -31,6 +31,7 @@ from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
 from pretravel.qualification.own_touches import own_touches_warnings, touch_digests
 from pretravel.qualification.probe_drift import (
+    DRIFT_OF_REFERENCE,
     LARGE_TURN,
     DriftedMap,
     ProbeDrift,
@@ -38,6 +39,7 @@ from pretravel.qualification.probe_drift import (
     possible_drifts,
     spread_of,
 )
+from pretravel.qualification.touch_order import drift_columns
 from pretravel.qualification.unseen_turn import unseen_in
 from pretravel.qualification.verification import other_reference
 from pretravel.touches import Touches
@@ -312,6 +314,8 @@ class _Posterior:
     """Of the probe about its axis, about which the map is linear. [rad]"""
     turn_found: float
     """The whole turn, where that is what has changed. [rad]"""
+    movement_found: float
+    """Of the reference from the first touch to the last, where that has drifted. [mm]"""
     evidence: float
     """Logarithm of the probability of the touches under all drifts, and a constant."""
     before: FloatArray
@@ -336,9 +340,13 @@ class _Posterior:
 
     @property
     def judged(self) -> _Part:
-        """The drift that is assumed; where the probe has turned, that with a larger turn."""
-        turned = self.probabilities.get(LARGE_TURN, 0.0) > LIKELY_CHANGE
-        return self.parts[LARGE_TURN] if turned else self.assumed
+        """The drift that is assumed; where the probe has turned or the reference has drifted, that
+        with a larger turn or with a movement.
+        """
+        for name in (LARGE_TURN, DRIFT_OF_REFERENCE):
+            if self.probabilities.get(name, 0.0) > LIKELY_CHANGE:
+                return self.parts[name]
+        return self.assumed
 
 
 @dataclass(frozen=True, eq=False)
@@ -365,11 +373,20 @@ def _posterior(state: _State, observation: Observation, noise: Scatter, turn: fl
     innovations = observation.values - old.basis.value(observation.directions, old.coefficients)
     innovations = innovations - design @ before
     touch = _touch_covariance(old, observation, noise) + state.u_size**2
+    possible = possible_drifts(state.prior.drift)
+    order = np.arange(len(normals))
+    courses = np.stack([drift_columns(normals, order, slows=slows) for slows in (False, True)])
     parts = {
-        name: _after(state.prior, root, design, normals, innovations, touch)
+        name: _after(
+            state.prior,
+            root,
+            design,
+            normals,
+            innovations,
+            touch + possible[name][1].reference ** 2 * np.mean(courses @ courses.mT, axis=0),
+        )
         for name, root in state.roots.items()
     }
-    possible = possible_drifts(state.prior.drift)
     logs = np.array([math.log(possible[name][0]) + part.evidence for name, part in parts.items()])
     shares = np.exp(logs - logs.max())
     evidence = float(logs.max() + np.log(shares.sum()))
@@ -382,9 +399,15 @@ def _posterior(state: _State, observation: Observation, noise: Scatter, turn: fl
     if LARGE_TURN in parts:
         seen = parts[LARGE_TURN].weight @ (design[:, : old.basis.size] @ state.prior.ways[2])
         turn_found = possible[LARGE_TURN][1].turn ** 2 * float(innovations @ seen)
+    movement_found = 0.0
+    if DRIFT_OF_REFERENCE in parts:
+        seen = courses.mean(axis=0).T @ parts[DRIFT_OF_REFERENCE].weight @ innovations
+        spread = possible[DRIFT_OF_REFERENCE][1].reference
+        movement_found = spread**2 * float(np.linalg.norm(seen))
     return _Posterior(
         turn=turn,
         turn_found=turn_found,
+        movement_found=movement_found,
         evidence=evidence,
         before=before,
         innovations=innovations,
@@ -645,17 +668,8 @@ def _warnings(
     p_value: float, posterior: _Posterior, old: PretravelMap, repeats: Scatter
 ) -> list[str]:
     found = []
-    changed = {name: share for name, share in posterior.probabilities.items() if name}
-    if sum(changed.values()) > LIKELY_CHANGE:
-        what = max(changed, key=lambda name: changed[name])
-        if what == LARGE_TURN:
-            what += f", by about {posterior.turn_found / DEGREE:+.0f}°"
-        found.append(
-            "the probe has changed by more than its usual drift (probability "
-            f"{sum(changed.values()):.2f}), most likely in {what}. These touches do not "
-            "determine the change completely, and u of the map contains the rest. Touch more "
-            "directions, or qualify again"
-        )
+    if 1.0 - posterior.probabilities[""] > LIKELY_CHANGE:
+        found.append(_change_warning(posterior))
     elif p_value < DOUBTFUL_FIT:
         found.append(
             f"the touches fit the old map badly (probability {p_value:.2g}): the probe may have "
@@ -679,6 +693,27 @@ def _warnings(
                 f"old map by {own / MICROMETRE:.2f} µm: the probe or the machine has become worse"
             )
     return found
+
+
+def _change_warning(posterior: _Posterior) -> str:
+    """What has changed most likely, and what to do."""
+    changed = {name: share for name, share in posterior.probabilities.items() if name}
+    what, likely = max(changed, key=lambda name: changed[name]), sum(changed.values())
+    if what == DRIFT_OF_REFERENCE:
+        return (
+            f"the reference moved by about {posterior.movement_found / MICROMETRE:.1f} µm against "
+            "the machine during the touches: this explains them better than a changed probe "
+            f"(probability {changed[what]:.2f}). These touches do not determine the movement "
+            "completely, and u of centre and map contains the rest. Let the machine warm up, and "
+            "touch again"
+        )
+    if what == LARGE_TURN:
+        what += f", by about {posterior.turn_found / DEGREE:+.0f}°"
+    return (
+        f"the probe has changed by more than its usual drift (probability {likely:.2f}), most "
+        f"likely in {what}. These touches do not determine the change completely, and u of the "
+        "map contains the rest. Touch more directions, or qualify again"
+    )
 
 
 def _feed_warnings(touches: Touches, old: PretravelMap) -> list[str]:

@@ -25,6 +25,8 @@ _SPREAD = 600
 """Directions over which functions of direction are compared."""
 LARGE_TURN = "the turn about the axis"
 """What has changed, among `possible_drifts`."""
+DRIFT_OF_REFERENCE = "the place of the reference"
+"""What has changed, among `possible_drifts`: not the probe."""
 _TURN = 0.2 * DEGREE
 _DEFAULT_WEIGHT = 3.0
 """Verifications that the default drift is worth in addition to those of a history."""
@@ -50,6 +52,9 @@ class ProbeDrift:
         Where these numbers come from, in words.
     change : float
         Probability that something has changed by more than this drift: `possible_drifts`.
+    reference : float
+        Movement of the reference against the machine along each axis, from the first of the new
+        touches to the last. [mm]
 
     Notes
     -----
@@ -67,9 +72,10 @@ class ProbeDrift:
     form: float = 0.02
     source: str = "assumed"
     change: float = 0.25
+    reference: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("scale", "level", "turn", "form", "change"):
+        for name in ("scale", "level", "turn", "form", "change", "reference"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise PretravelError(f"the drift of {name} is {value:g}; it cannot be negative")
@@ -98,6 +104,7 @@ def possible_drifts(drift: ProbeDrift) -> dict[str, tuple[float, ProbeDrift]]:
         "one rod or one seat": {"form": 0.1},
         "several things": {"scale": 0.2, "level": 2.0 * MICROMETRE, "turn": 5.0 * DEGREE,
                            "form": 0.3},
+        DRIFT_OF_REFERENCE: {"reference": 5.0 * MICROMETRE},
     }  # fmt: skip
     share = drift.change / len(changes)
     found = {"": (1.0 - drift.change, drift)}

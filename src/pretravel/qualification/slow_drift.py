@@ -15,7 +15,7 @@ from pretravel.base import MICROMETRE, FloatArray
 from pretravel.maps import KindOfMap, MapFit, ReferenceDrift
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import PreparedTouches
-from pretravel.qualification.touch_order import drift_is_separable, relative_times
+from pretravel.qualification.touch_order import drift_columns, drift_is_separable, relative_times
 from pretravel.touches import Touches
 
 
@@ -59,8 +59,7 @@ def _pretravel(ready: PreparedTouches, drift: ReferenceDrift) -> FloatArray:
 
 def _columns(ready: PreparedTouches, drift: ReferenceDrift) -> FloatArray:
     directions = ready.whole.directions[:, : len(drift.value)]
-    times = relative_times(np.arange(len(directions)))
-    return np.asarray(directions * drift.course(times, slows=drift.slows)[:, None])
+    return drift_columns(directions, np.arange(len(directions)), slows=drift.slows)
 
 
 def with_drift(

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, IntArray
+from pretravel.maps import ReferenceDrift
 from pretravel.qualification.within_directions import (
     WithinDirections,
     centred_within,
@@ -287,14 +288,18 @@ def relative_times(times: npt.ArrayLike) -> FloatArray:
     return np.asarray((time - 0.5 * (time.max() + time.min())) / length)
 
 
-def drift_columns(directions: npt.ArrayLike, times: npt.ArrayLike) -> FloatArray:
-    """Columns n_x t, n_y t and n_z t of a linear drift, with t of `relative_times`.
+def drift_columns(
+    directions: npt.ArrayLike, times: npt.ArrayLike, *, slows: bool = False
+) -> FloatArray:
+    """Columns n_x t, n_y t and n_z t of a drift, with t of `relative_times`.
 
     Parameters
     ----------
     directions : (n, 3) float
         Contact normals.
     times : (n,) float
+    slows : bool
+        The drift slows down (`ReferenceDrift.course`); else it is linear.
 
     Returns
     -------
@@ -307,7 +312,8 @@ def drift_columns(directions: npt.ArrayLike, times: npt.ArrayLike) -> FloatArray
     [[-0.5, -0.0, -0.0], [0.0, 0.0, 0.5]]
     """
     normals = np.asarray(directions, dtype=np.float64)
-    return np.asarray(normals * relative_times(times)[:, None])
+    course = ReferenceDrift.course(relative_times(times), slows=slows)
+    return np.asarray(normals * course[:, None])
 
 
 def time_within_directions(groups: npt.ArrayLike, times: npt.ArrayLike) -> float:

@@ -281,6 +281,28 @@ def test_a_probe_that_has_turned_by_many_degrees(kind: str, degrees: float) -> N
     assert np.mean(error**2) < np.mean(u**2)
 
 
+@pytest.mark.parametrize("slows", [False, True])
+def test_a_reference_that_moves_while_it_is_touched(slows: bool) -> None:
+    """The probe is the same: the cause is the movement, and the centre keeps its u."""
+    old, diameter = example_map("physical"), 24.9987
+    n = np.random.default_rng(0).permutation(fibonacci_cap(15, 1.5))
+    at = np.linspace(0.0, 1.0, 15)
+    share = (1.0 - np.exp(-3.0 * at)) / (1.0 - math.exp(-3.0)) if slows else at
+    moved = 4.0 * UM * np.outer(share - share.mean(), [0.6, -0.64, 0.48])
+    still = sphere_touches(old.pretravel(n), n, center=CENTER, radius=diameter / 2.0)
+    touches = replace(still, positions=still.positions + moved)
+    found = update_map(touches, old, diameter)
+    said = " ".join(found.warnings)
+    size = float(said.partition("moved by about ")[2].partition(" ")[0])
+    assert size == pytest.approx(4.0, abs=1.0)  # the prior of 5 µm and the u of the old map
+    assert "changed by more" not in said
+    assert found.p_value > DOUBTFUL_FIT
+    off = found.center - CENTER
+    assert off @ np.linalg.solve(found.center_covariance, off) < 7.8  # χ², 3 degrees, 95 %
+    change = found.pretravel_map.pretravel(n) - old.pretravel(n)
+    assert np.abs(change).max() < 1.0 * UM
+
+
 def _without_shift() -> PretravelMap:
     """A harmonic map as files of earlier versions have it: the first harmonics across the axis and
     the value at the pole are known exactly, their uncertainty is that of the centre alone."""
