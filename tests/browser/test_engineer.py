@@ -72,7 +72,7 @@ def test_a_newcomer_goes_from_the_file_to_the_values_of_the_control(
         content = {name: files.read(name) for name in files.namelist()}
     # The steps are those of these files, in their own words.
     steps, head = page.inner_text(".steps"), b"".join(content.values()).decode()
-    assert "NEEDS NO TABLE" in head
+    assert "NEEDS NO TABLE OF VARIABLES" in head
     assert not re.search("both programs|table is filled", steps)
     assert all(call in head for call in re.findall(r"G65 P\d+", steps))
     assert content == {path.name: path.read_bytes() for path in (tmp_path / "fanuc").iterdir()}

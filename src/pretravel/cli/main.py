@@ -151,8 +151,8 @@ app = typer.Typer(
     "on a part, measure evaluates the points.",
     epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
     f"\n\nExit codes: 0: done. {FAULT}: a fault, with a message. {ANSWER}: a result that a script "
-    "must notice: the probe has changed (verify), a value is outside its limit or tolerance, or "
-    f"this cannot be decided (check, measure). {INTERRUPTED}: interrupted.",
+    "must notice: the probe has changed, or could not be tested (verify); a value is outside its "
+    f"limit or tolerance, or this cannot be decided (check, measure). {INTERRUPTED}: interrupted.",
     context_settings={"help_option_names": ["--help", "-h"]},
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -58,8 +58,8 @@ _SPHERE_TEXT = (
         "directions at a time. "
         "Sector table: ten radii, two for normals near X and Y and eight at angles between them, "
         "here fitted to all touches near the equator; in the section on simpler corrections it is "
-        "touched at its angles, or made from the map. Its fit needs touches in all sectors: there "
-        "are too few on the sphere to leave any out. "
+        "from touches at its angles, or computed from the map. Its fit needs touches in all "
+        "sectors: there are too few on the sphere to leave any out. "
         "One radius for all: the map of the kind mean, fitted to all touches on the sphere."
     ),
     (

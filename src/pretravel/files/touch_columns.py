@@ -337,7 +337,25 @@ def _labels_of_all_rows(file: SourceFile, options: ReadingOptions) -> tuple[str,
         roles = column_roles(text, options)
     except InputError:
         return ()
-    return text.column(roles.index["label"]) if "label" in roles.index else ()
+    labels = text.column(roles.index["label"]) if "label" in roles.index else ()
+    _refuse_header(text, own_lines(options.exclude, file) - set(labels))
+    return labels
+
+
+def _refuse_header(text: TextTable, excluded: Collection[str]) -> None:
+    """The columns would lose their names and units, and be guessed."""
+    first = text.lines[0]
+    for line in range(text.header_line or first, first):
+        if str(line) in excluded:
+            raise text.file.error(
+                f"the line cannot be excluded: it is {_OF_HEADER[line == text.header_line]}. "
+                f"The first touch is on line {first}; a touch is excluded by its label or its line",
+                line,
+                inputs=("exclude",),
+            )
+
+
+_OF_HEADER = {True: "the header, which names the columns", False: "a line below the header"}
 
 
 def _text_table(file: SourceFile, left_out: Collection[str]) -> TextTable:

@@ -9,7 +9,6 @@ from .basis import StoredBasis as StoredBasis
 from .grid import effective_radius_table as effective_radius_table
 from .grid import map_grid as map_grid
 from .kind import FEWEST_OF_SIX_SEATS as FEWEST_OF_SIX_SEATS
-from .kind import PART_OF_CENTRE_IN_U as PART_OF_CENTRE_IN_U
 from .kind import CenteredFit as CenteredFit
 from .kind import KindOfMap as KindOfMap
 from .kind import MapFit as MapFit

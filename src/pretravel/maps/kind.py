@@ -25,8 +25,6 @@ from pretravel.uncertainty import Covariance
 
 FEWEST_OF_SIX_SEATS = 8
 """The fewest directions that can contradict the seven numbers of six seats."""
-PART_OF_CENTRE_IN_U = "this error only as far as it comes from the scatter of the touches"
-"""What u of a map contains of the error of the centre, which shifts all points alike."""
 LEAST_SQUARES_CENTRE = "the reference's least-squares centre"
 
 

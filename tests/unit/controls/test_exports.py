@@ -536,7 +536,7 @@ class TestHeads:
 
     def test_a_macro_names_its_variables_and_its_call(self) -> None:
         text = renishaw_variables(mean_map(0.01), TableSettings(10000))
-        assert "(SETS #10000 TO #10017," in text
+        assert "(SETS #10000, #10001 AND #10010 TO #10017," in text
         assert "#10002 AND #10003" in text
         assert _assigned(text) == [10000, 10001, *range(10010, 10018)]
         assert renishaw_variables(mean_map(0.01)).splitlines()[1].startswith("O7799 ")

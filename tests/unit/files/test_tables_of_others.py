@@ -83,6 +83,20 @@ def test_the_advice_leads_to_the_touches(
     assert [tuple(row) for row in positions(out).tolist()] == ROWS
 
 
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("x_mm;y_mm;z_mm\n1;2;3\n2;3;4\n", "1", "it is the header"),
+        ("X;Y;Z\nmm;mm;mm\n1;2;3\n2;3;4\n", "2", "a line below the header. The first touch is on"),
+    ],
+)
+def test_a_header_is_not_excluded(text: str, line: str, words: str) -> None:
+    """Without it the unit was lost, and the columns were guessed."""
+    options = ReadingOptions(exclude=(line,), units="mm", normal=(0.0, 0.0, 1.0))
+    with pytest.raises(InputError, match=words):
+        read_readings(SourceFile("a.csv", text.encode()), options)
+
+
 def test_a_number_that_is_a_name_and_a_column_twice_are_refused() -> None:
     """Silently, y was the fourth column, whose name is 3, and two coordinates were one column."""
     file = SourceFile("a.csv", _table("Report,Part 5,Rev,3", ",", labels=True).encode())

@@ -114,8 +114,7 @@ class Compensate(
         Path | None,
         Field(
             help="Variances of machine and probe by direction, from pretravel separate (.json or "
-            ".csv), which replace the map's repeatability in u (not the file of pretravel "
-            "machine).",
+            ".csv; not the machine file). They replace the map's repeatability in u.",
             label="Separation of machine and probe",
             reads=True,
             without=(SEVERAL_TIPS,),

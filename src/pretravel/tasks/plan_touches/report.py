@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
-from pretravel.maps import PART_OF_CENTRE_IN_U
 from pretravel.qualification import TouchPlan
 from pretravel.show import (
     Column,
@@ -53,9 +52,8 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
         "(without the error of the centre, which shifts all points alike)",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
-                      remark="rms when the map was made, over the needed directions, which are "
-                      "evenly spread by default. The rms of qualify has more directions at the "
-                      "edge of the map"),
+                      remark="rms over the needed directions when the map was made; qualify prints "
+                      "the rms over all directions, of which more lie at the edge of the map"),
             KeyFigure("u today", _rms(plan.u_before), "µm",
                       remark="after the usual drift"),
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",
@@ -81,8 +79,8 @@ def _of_update(plan: TouchPlan) -> str:
     if not plan.prior.from_center:
         return shown
     return (
-        f"{shown}. The error of the centre shifts all points alike and cancels in distances: this "
-        f"u contains {PART_OF_CENTRE_IN_U}; the values above do not contain it"
+        f"{shown}; unlike the values above, it contains the error of the centre, as far as the "
+        "scatter of the touches causes it"
     )
 
 

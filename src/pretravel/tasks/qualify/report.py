@@ -154,7 +154,7 @@ def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
         settings.append("u diameter")
     if not assumed:
         return ()
-    yours = f"; give yours ({', '.join(settings)})"
+    yours = f"; to give yours: {' and '.join(f'setting {name}' for name in settings)}"
     return (KeyFigure("assumed", " and ".join(assumed) + yours),)
 
 

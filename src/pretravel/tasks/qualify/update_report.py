@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
-from pretravel.maps import PART_OF_CENTRE_IN_U
 from pretravel.qualification import FoundDrift, MapUpdate, drifted_map
 from pretravel.show import (
     Axis,
@@ -91,8 +90,8 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
         KeyFigure("pretravel", map_span(result.pretravel_map), "µm", remark="over the whole map"),
         KeyFigure(
             "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
-            remark="rms over the whole map; when the old map was made: "
-            f"{_rms_text(old_u)} µm{_of_centers(result)}",
+            remark=f"rms over the whole map; old map when made: {_rms_text(old_u)} µm"
+            f"{_of_centers(result)}",
         ),
         KeyFigure(
             "repeatability", result.repeatability / MICROMETRE, "µm",
@@ -113,8 +112,8 @@ def _of_centers(result: MapUpdate) -> str:
         for one in (result.pretravel_map, result.prior_map)
     )
     return (
-        f". The centre has an error, which is larger with few touches: both contain "
-        f"{PART_OF_CENTRE_IN_U}; without it {new} and {old} µm"
+        "; both contain the error of the centre, as far as the scatter of the touches causes it. "
+        f"Without this error: {new} µm, old map {old} µm"
     )
 
 

@@ -72,7 +72,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         Path | None,
         Field(
             help="Make a new map from these touches alone (.json); they must cover all directions. "
-            "With few touches, update the old map instead (qualify with it as the prior).",
+            "With few touches, update the old map instead: pretravel qualify with --prior.",
             writes=_COMPLETE_MAPS,
             in_run=True,
         ),

@@ -44,8 +44,8 @@ _COLOURS: dict[str, Colour] = {
 _SHOWN = {
     UNCORRECTED: "tip radius alone",
     "mean radius": "one radius, mean around the equator",
-    "eight sectors": "sector table, touched at its angles",
-    "eight sectors, resampled": "sector table, made from the map",
+    "eight sectors": "sector table, from touches at its angles",
+    "eight sectors, resampled": "sector table, computed from the map",
     "Woźniak": "Woźniak's constant",
 }
 """Names for readers; those of files and of Python stay."""
@@ -92,7 +92,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
 
 def _shown(method: str) -> str:
     return (
-        "map (twice the largest u as max, rms of u)"
+        "u of the map (max: 2 × the largest u)"
         if method == FULL_MAP
         else _SHOWN.get(method, method)
     )
@@ -137,9 +137,9 @@ def _errors_table(result: Comparison) -> Table:
         "one for touches along X, one for touches along Y. Four directions: the radius "
         "touched at +X, +Y, -X or -Y, each for all normals within 45° of it. Sector "
         "table: ten radii, eight at 30, 60, 120, 150, 210, 240, 300 and 330°, and the two "
-        "axis radii for normals near X and Y; from touches at these angles, or "
-        "made from the map so that the largest error is smallest. Woźniak's constant: a formula "
-        "with one constant for the triangle of the probe.",
+        "axis radii for normals near X and Y; from touches at these angles, or computed from the "
+        "map so that the largest error is smallest. Woźniak's constant: a formula with "
+        "one constant for the triangle of the probe.",
     )
 
 

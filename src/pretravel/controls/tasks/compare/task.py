@@ -50,10 +50,10 @@ class Compare(Reported):
     """Compare the errors after each correction, from tip radius alone to full map; or two probes.
 
     The corrections are the tip radius alone, one radius (the mean around the equator), two axis
-    radii, four directions, a sector table (touched at its angles, or made from the map), Woźniak's
-    constant and the full map; --verbose explains each. The errors are those on the equator, in all
-    directions and, with --part, on a part, in µm. Of two probes (MAP and PROBE), the predicted
-    forces, pretravels and their contributions are compared.
+    radii, four directions, a sector table (from touches at its angles, or computed from the map),
+    Woźniak's constant and the full map; --verbose explains each. The errors are those on the
+    equator, in all directions and, with --part, on a part, in µm. Of two probes (MAP and PROBE),
+    the predicted forces, pretravels and their contributions are compared.
 
     Two designs: pretravel compare omp40-2 mine.toml -o designs.html
     """

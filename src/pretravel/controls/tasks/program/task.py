@@ -404,14 +404,17 @@ def _check_tip(machine: Machine, diameter: float) -> None:
 
 
 class ProgramPart(ProgramTask):
-    """Touch the targets of a plan; with the part, all moves are checked against its faces."""
+    """Touch the targets of a plan; moves are checked against the faces of a part that is given."""
 
     name = "program part"
     example = "pretravel program part mill.toml plan.csv --surface part.step -o part.ngc"
 
     machine: MachinePath
     targets: Annotated[
-        Path, Field(help="Targets, .csv, from pretravel plan.", positional=True, reads=True)
+        Path,
+        Field(
+            help="Targets, .csv, from pretravel plan or plan-touches.", positional=True, reads=True
+        ),
     ]
     surface: Annotated[
         str | None,

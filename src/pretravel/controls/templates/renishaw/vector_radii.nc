@@ -1,6 +1,6 @@
 %
 O{{ program }} (PRETRAVEL RADII)
-(SETS #{{ base }} TO #{{ last }}, THE RADII OF A VECTOR CALIBRATION. RUN IT ONCE)
+(SETS #{{ base }}, #{{ base + 1 }} AND #{{ base + 10 }} TO #{{ last }}, THE RADII OF A VECTOR CALIBRATION. RUN IT ONCE)
 {% for statement in statements %}
 ({{ statement|comment|upper }})
 {% endfor %}

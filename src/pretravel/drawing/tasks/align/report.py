@@ -119,7 +119,7 @@ def _motions_table(alignment: Alignment) -> Table:
             ),
             Column.of("unit of U", ["µm"] * 3 + ["°"] * 3),
         ),
-        title="Placement of the part in the machine (U of a shift is larger at the origin)",
+        title="Placement of the part in the machine: values at the part's origin",
         explanation="Shifts of the part's origin along the machine's axes, and rotations about "
         "these axes. U: k = 2, more where few touches show the form of the faces. U of a shift is "
         "that of the middle of the touches, where it is smallest; at the origin it also contains U "

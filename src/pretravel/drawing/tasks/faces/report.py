@@ -195,5 +195,5 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
         explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
         "x, y, z: a point on the face, far from its edges; nx, ny, nz: "
         "the normal there; radius: the smallest anywhere on the face, empty where it is flat; "
-        "u, v: the range of its parameters.",
+        "u, v: the range of the surface's parameters (u is not an uncertainty here).",
     )
