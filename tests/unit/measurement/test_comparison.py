@@ -167,7 +167,7 @@ class TestComparison:
                    "--plot", tmp_path / "c.png")  # fmt: skip
         assert "part: max" in told
         # The map left "full map 0.00" of itself: what it leaves is its u, of this one unknown.
-        assert re.search(r"^map \(twice the largest u as max, rms of u\) *$", told, re.MULTILINE)
+        assert re.search(r"^u of the map \(max: 2 × the largest u\) *$", told, re.MULTILINE)
         write_map(tmp_path / "known.json", example_map())
         known = run("compare", tmp_path / "known.json")
         # A mean that is not known, and odd lobes that means have not, are in no error and no file.
@@ -179,9 +179,7 @@ class TestComparison:
             assert "u = 25 µm" in warned
             assert "odd lobes" in warned
         numbers = r"\) +[1-9]\.\d\d +0\.[1-9]\d"
-        assert re.search(
-            r"^map \(twice the largest u as max, rms of u" + numbers, known, re.MULTILINE
-        )
+        assert re.search(r"^u of the map \(max: 2 × the largest u" + numbers, known, re.MULTILINE)
         assert "one radius, mean around the equator" in told
         table = rows(tmp_path / "c.csv")
         assert {row["where"] for row in table} == {"equator", "all", "part"}

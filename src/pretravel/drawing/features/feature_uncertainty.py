@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import ndtr, stdtrit
 
 from pretravel.base import FloatArray, IntArray, PretravelError
+from pretravel.drawing.features.extreme_association import CIRCUMSCRIBED, INSCRIBED, TANGENT
 from pretravel.drawing.features.form_of_part import NO_FORM, Family, FormOfPart, form_of_part
 from pretravel.measurement import FIXED_SCATTER, Association, Points
 from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
@@ -18,6 +19,7 @@ OWN = "repeatability of the touches"
 UNKNOWN_CORRELATION = "points, correlation not given"
 STEP_OF_COORDINATES = "step of the coordinates"
 FORM_OF_PART = "form of the part"
+ONE_SIDED = "noise at extreme points"
 MACHINE = "machine"
 MAP = "map"
 _SAME_DIRECTION = np.radians(1.0)
@@ -47,6 +49,9 @@ class FeatureErrors:
         Standard uncertainty of a length by other causes than the probe. [mm]
     form : FormOfPart
         What the residuals show beyond the errors, or cannot show.
+    one_sided : float
+        Standard uncertainty of the movement of all points alike, outward, by noise that a feature
+        of extreme points takes for its surface. [mm]
     rounded : (n,) int or None
         Where the step of coordinates is the only known error: points that can be rounded alike
         have the same number.
@@ -60,6 +65,7 @@ class FeatureErrors:
     correlation_known: bool
     machine: float = 0.0
     form: FormOfPart = NO_FORM
+    one_sided: float = 0.0
     rounded: IntArray | None = None
 
     @property
@@ -186,6 +192,40 @@ def feature_errors(
     return replace(errors, form=form)
 
 
+def errors_of_extreme(errors: FeatureErrors, found: Association, *, stated: bool) -> FeatureErrors:
+    """The errors of the same points as errors of an extreme feature.
+
+    It is that of the touched places, so that the form of the part is no error of it. Noise moves
+    an inscribed, circumscribed or tangent feature to one side, from that of least squares: by the
+    share of the residuals that is noise, which follows from the errors and the form that all
+    residuals show.
+
+    Parameters
+    ----------
+    errors : FeatureErrors
+        Of the feature of least squares.
+    found : Association
+        The extreme feature through the same points.
+    stated : bool
+        Whether the points state their uncertainty. If not, their scatter about the feature of least
+        squares stands for it, and any share between none and all is alike.
+
+    Returns
+    -------
+    FeatureErrors
+    """
+    gaussian, one_sided = errors.association, 0.0
+    if found.criterion in _TO_ONE_SIDE:
+        noise = math.sqrt(max(_expected_squares(errors), 0.0) / max(gaussian.dof, 1))
+        share = errors.form.share_of_noise(noise) if stated else 1.0 / math.sqrt(3.0)
+        one_sided = share * abs(float(np.mean(gaussian.residuals - found.residuals)))
+    form = NO_FORM if stated else errors.form
+    return replace(errors, association=found, form=form, one_sided=one_sided)
+
+
+_TO_ONE_SIDE = (INSCRIBED, CIRCUMSCRIBED, TANGENT)
+
+
 def _directions(normals: FloatArray) -> IntArray:
     """Number of the direction of each normal: those in one cell of about a degree have the same."""
     # The offset keeps the usual directions (0, ±1, halves) away from the borders of the cells.
@@ -297,11 +337,16 @@ def covariance_by_weights(
         cause = UNKNOWN_CORRELATION if features[0].rounded is None else STEP_OF_COORDINATES
         found[cause] = (weights * share * most) @ weights.T
     form, start = np.zeros((len(weights), len(weights))), 0
+    one_sided = np.zeros_like(form)
     for each in features:
         mine = slice(start, start + len(each.own))
         form, start = form + each.form.covariance(weights[:, mine]), mine.stop
+        moved = each.one_sided * np.sum(weights[:, mine], axis=1)
+        one_sided += np.outer(moved, moved)
     if form.any():
         found[FORM_OF_PART] = form
+    if one_sided.any():
+        found[ONE_SIDED] = one_sided
     return {cause: np.asarray(part) for cause, part in found.items()}
 
 
@@ -345,6 +390,7 @@ def noise_of_features(
     drawn = [
         each.own * generator.standard_normal((trials, len(each.own)))
         + each.form.drawn_by_size(trials, generator, len(each.own))
+        + each.one_sided * generator.standard_normal((trials, 1))
         for each in features
     ]
     for cause, rows in features[0].shared.items():

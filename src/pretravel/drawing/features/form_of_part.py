@@ -150,6 +150,19 @@ class FormOfPart:
             each[mine], self.weights[mine] / (self.weights[mine].sum() if rough else 1.0)
         )
 
+    def share_of_noise(self, noise: float) -> float:
+        """Share of the spread of the residuals that is noise, root mean square over the sizes.
+
+        Parameters
+        ----------
+        noise : float
+            Standard deviation of a residual by the errors of the points. [mm]
+        """
+        common = [_sum_of_squares(each) / max(each.shape[1], 1) for each in self.families]
+        form = self.rough_variances + self.smooth_variances * np.array(common or [0.0])[self.family]
+        share = 1.0 - np.sqrt(form / np.maximum(form + noise**2, 1e-300))
+        return math.sqrt(float(self.weights @ share**2 / self.weights.sum()))
+
     def drawn(self, trials: int, generator: np.random.Generator, count: int) -> FloatArray:
         """Movements of the touches by this form, (trials, n). [mm]"""
         moved = self.rough * generator.standard_normal((trials, count))

@@ -32,9 +32,13 @@ from pretravel.drawing.features.extreme_association import (
     associate_by,
 )
 from pretravel.drawing.features.feature_form import FormResult, form_result
-from pretravel.drawing.features.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
+from pretravel.drawing.features.feature_uncertainty import (
+    MACHINE,
+    FeatureErrors,
+    errors_of_extreme,
+    feature_errors,
+)
 from pretravel.drawing.features.form_families import families_of
-from pretravel.drawing.features.form_of_part import NO_FORM
 from pretravel.drawing.features.largest_distance import LargestDistance, largest_distance
 from pretravel.measurement import SIZE_NAMES, Association, Points, associate
 from pretravel.uncertainty import coverage_factor
@@ -347,9 +351,9 @@ def measure_feature(
     label : str
     association : str
         gaussian, minimum-zone, inscribed, circumscribed or tangent, as of `associate_by`. The
-        uncertainty of an extreme feature is that of the points on which it rests; it contains no
-        form of the part, where the points state their uncertainty. Noise makes an extreme feature
-        larger or smaller on average, which is not subtracted. The form of a minimum zone is its
+        uncertainty of an extreme feature is that of the points on which it rests, and of the noise
+        that makes it larger or smaller on average, which is not subtracted; it contains no form of
+        the part, where the points state their uncertainty. The form of a minimum zone is its
         width, with its own interval; of all others it is that of least squares.
 
     Returns
@@ -408,7 +412,7 @@ def measure_feature(
     of_least_squares = errors
     if association != GAUSSIAN and kind != BARE_SURFACE:
         found = associate_by(association, kind, points.positions, axis=axis, at=at, side=side)
-        errors = _of_extreme(errors, found, points)
+        errors = errors_of_extreme(errors, found, stated=points.state_uncertainty)
         if association == MINIMUM_ZONE:
             form_by, zone = MINIMUM_ZONE, found
     form = form_result(of_least_squares, zone)
@@ -450,17 +454,6 @@ def _surface(points: Points, criterion: str) -> Association:
         located_along=np.zeros((0, 3)),
         criterion=criterion,
     )
-
-
-def _of_extreme(errors: FeatureErrors, found: Association, points: Points) -> FeatureErrors:
-    """The errors of the same points as errors of an extreme feature.
-
-    It is that of the touched places, so that the form of the part is no error of it. Where the
-    points state no uncertainty, their scatter about the feature of least squares stands for it.
-    """
-    if not points.state_uncertainty:
-        return replace(errors, association=found)
-    return replace(errors, association=found, form=NO_FORM)
 
 
 def position_and_uncertainty(located: FloatArray, covariance: FloatArray) -> tuple[float, float]:

@@ -102,7 +102,8 @@ def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
         f"On a perfect surface the noise makes a range {amount}. A zone is too wide by about this "
         "range, an inscribed diameter too small and a circumscribed diameter too large by up to "
         "this range, a tangent plane or line too far outside by up to half of it. The result "
-        "is not corrected for this, and u does not contain it"
+        "is not corrected for this. u contains it, less where the residuals show a form that is "
+        "larger than the noise"
     )
     return [on_points, one_sided, _FORM_BESIDE]
 
@@ -112,23 +113,6 @@ def _noise_text(features: Sequence[MeasuredFeature]) -> str:
     if not all(feature.points.state_uncertainty for feature in features):
         return ""
     return _range_text(Span.of([feature.form.noise / MICROMETRE for feature in features]))
-
-
-def extreme_warning(features: Sequence[MeasuredFeature]) -> str:
-    """That the decision about an extreme feature does not contain what noise does to it.
-
-    Parameters
-    ----------
-    features : sequence of MeasuredFeature
-        Extreme ones with a tolerance.
-    """
-    noise = _noise_text(features)
-    amount = f"up to about {noise}" if noise else "an amount that is not known here"
-    return (
-        f"{', '.join(map(shown_name, features))}: the noise of the points moves an inscribed, "
-        f"circumscribed or tangent feature to one side, by {amount}; a verdict on its size or "
-        "position does not contain this"
-    )
 
 
 def notes_on_datums(

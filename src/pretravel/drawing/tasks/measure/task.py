@@ -647,7 +647,6 @@ class MeasuredFeatures(Result):
 
     def document(self) -> Document:
         """The report, with what the laboratory states."""
-        from pretravel.drawing.tasks.measure.notes_of_features import extreme_warning
         from pretravel.drawing.tasks.measure.report import features_document
         from pretravel.task import with_laboratory
 
@@ -658,9 +657,6 @@ class MeasuredFeatures(Result):
                 "u contains only the errors of probing. For a statement of conformity, give the u "
                 "of the machine as well (geometry, temperature, clamping)"
             )
-        decided = [each.feature for each in self.features if each.conformities]
-        if extreme := [feature for feature in decided if feature.is_extreme]:
-            warnings.append(extreme_warning(extreme))
         if self.features and not any(
             each.feature.points.state_uncertainty for each in self.features
         ):
