@@ -154,7 +154,7 @@ def _sentences(
         if feed is None
         else f" Set the probing feed to {feed:g} mm/min ({feed / INCH:.4g} in/min)."
     )
-    sides = f" A face across X or Y is then wrong by up to {off / MICROMETRE:.2f} µm."
+    sides = f" A face square to X or Y is then wrong by up to {off / MICROMETRE:.2f} µm."
     diameter = f"{2.0 * mean:.5f} mm ({2.0 * mean / INCH:.6f} in), the mean of ±X and ±Y"
     offset = pretravel_map.tip_radius - mean
     return {

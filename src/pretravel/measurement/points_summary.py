@@ -385,7 +385,8 @@ class TouchSummary:
             return ""
         return (
             "neither the map nor the touches have a feed (column feed_mm_min): if the feeds differ "
-            "by 100 mm/min, U lacks an error of 3.3 µm (for a usual signal delay of 2 ms)"
+            "by 100 mm/min, points are wrong by 3.3 µm (for a usual signal delay of 2 ms), which U "
+            "does not contain"
         )
 
     def _friction_note(self) -> str:
@@ -411,7 +412,7 @@ def _one_unknown_feed(*, known_of_touches: bool) -> str:
     return (
         f"the {known} {'has' if known == 'map' else 'have'} a feed, the {unknown} "
         f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): if the feeds differ, the "
-        "points are wrong by the difference × signal delay; u contains the feed that is known × "
+        "points are wrong by the difference × signal delay; u allows for the known feed × "
         f"{USUAL_DELAY * 1e3:g} ms. "
         + (
             "Qualify again and give the feed of the touches on the reference"

@@ -130,9 +130,9 @@ class ScatterOnPart:
             )
         if self.faces.exceeds(self.dof_of_map, _LARGER_ON_A_FACE):
             said.append(
-                f"touches of plane faces scatter by {_um(self.faces.deviation)} µm about them, "
-                f"those of the map by {_um(self.faces.of_map)} µm: form of the faces, or a larger "
-                "scatter of the touches, which u of the points does not contain. Touch some "
+                f"the touches scatter by {_um(self.faces.deviation)} µm about the plane faces, and "
+                f"by {_um(self.faces.of_map)} µm on the reference. Form of the faces, or a larger "
+                "scatter of the touches, causes this: u of the points contains neither. Touch some "
                 "places twice to separate the two"
             )
         return said

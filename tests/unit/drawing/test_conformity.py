@@ -113,7 +113,7 @@ class TestTableOfDecisions:
     def test_a_corrected_value_is_explained_where_there_is_one(self) -> None:
         position = position_conformity(np.array([0.001, 0.0]), 1e-6 * np.eye(2), 0.05, 0.95)
         size = size_conformity("diameter", 20.01, 0.001, (20.0, 20.021), 0.95)
-        told = "The decision compares the value before this correction"
+        told = "the decision uses the uncorrected one"
         for decided, explained in (
             (position.with_value(0.0005, 0.002), True),
             (position.with_value(position.value, 0.002), False),

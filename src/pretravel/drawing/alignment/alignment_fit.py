@@ -26,9 +26,9 @@ from pretravel.base import (
 from pretravel.drawing.alignment.alignment import MOTIONS, Alignment, Datum
 from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.drawing.features.extreme_association import GAUSSIAN, TANGENT
-from pretravel.drawing.features.feature_uncertainty import feature_errors
+from pretravel.drawing.features.feature_uncertainty import errors_of_extreme, feature_errors
 from pretravel.drawing.features.form_families import families_of_faces
-from pretravel.drawing.features.form_of_part import NO_FORM, Family
+from pretravel.drawing.features.form_of_part import Family
 from pretravel.maps import PretravelMap
 from pretravel.measurement import Association, apply
 from pretravel.qualification import FEWEST_LEFT, outlier_factor
@@ -465,9 +465,15 @@ class _Fit:
             criterion=TANGENT if outside else GAUSSIAN,
         )
         families = self._families(state.feet, rows)
-        errors = feature_errors(on_part, association, families=families)
-        if outside:  # the touched places are the datum: their form is no error of it
-            errors = replace(errors, form=NO_FORM)
+        if outside:
+            face = state.feet.face[rows]
+            _, of_touch = np.unique(face, return_inverse=True)
+            means = np.bincount(of_touch, residuals) / np.bincount(of_touch)
+            about = replace(association, residuals=residuals - means[of_touch])
+            errors = feature_errors(on_part, about, families=families)
+            errors = errors_of_extreme(errors, association, stated=True, faces=face)
+        else:
+            errors = feature_errors(on_part, association, families=families)
         return Alignment(
             placement=placement,
             part=self.part,

@@ -49,9 +49,9 @@ class FeatureErrors:
         Standard uncertainty of a length by other causes than the probe. [mm]
     form : FormOfPart
         What the residuals show beyond the errors, or cannot show.
-    one_sided : float
-        Standard uncertainty of the movement of all points alike, outward, by noise that a feature
-        of extreme points takes for its surface. [mm]
+    one_sided : (n,) float or None
+        Movement of all points together by the noise that a feature of extreme points takes for its
+        surface, one standard uncertainty. [mm]
     rounded : (n,) int or None
         Where the step of coordinates is the only known error: points that can be rounded alike
         have the same number.
@@ -65,7 +65,7 @@ class FeatureErrors:
     correlation_known: bool
     machine: float = 0.0
     form: FormOfPart = NO_FORM
-    one_sided: float = 0.0
+    one_sided: FloatArray | None = None
     rounded: IntArray | None = None
 
     @property
@@ -192,7 +192,9 @@ def feature_errors(
     return replace(errors, form=form)
 
 
-def errors_of_extreme(errors: FeatureErrors, found: Association, *, stated: bool) -> FeatureErrors:
+def errors_of_extreme(
+    errors: FeatureErrors, found: Association, *, stated: bool, faces: IntArray | None = None
+) -> FeatureErrors:
     """The errors of the same points as errors of an extreme feature.
 
     It is that of the touched places, so that the form of the part is no error of it. Noise moves
@@ -209,16 +211,21 @@ def errors_of_extreme(errors: FeatureErrors, found: Association, *, stated: bool
     stated : bool
         Whether the points state their uncertainty. If not, their scatter about the feature of least
         squares stands for it, and any share between none and all is alike.
+    faces : (n,) int, optional
+        Number of the face of each point; all are on one when not given.
 
     Returns
     -------
     FeatureErrors
     """
-    gaussian, one_sided = errors.association, 0.0
+    gaussian, one_sided = errors.association, None
     if found.criterion in _TO_ONE_SIDE:
         noise = math.sqrt(max(_expected_squares(errors), 0.0) / max(gaussian.dof, 1))
         share = errors.form.share_of_noise(noise) if stated else 1.0 / math.sqrt(3.0)
-        one_sided = share * abs(float(np.mean(gaussian.residuals - found.residuals)))
+        face = np.zeros(len(errors.own), dtype=np.intp) if faces is None else faces
+        of_point = np.unique(face, return_inverse=True)[1]
+        moved = np.bincount(of_point, gaussian.residuals - found.residuals) / np.bincount(of_point)
+        one_sided = share * moved[of_point]
     form = NO_FORM if stated else errors.form
     return replace(errors, association=found, form=form, one_sided=one_sided)
 
@@ -341,8 +348,9 @@ def covariance_by_weights(
     for each in features:
         mine = slice(start, start + len(each.own))
         form, start = form + each.form.covariance(weights[:, mine]), mine.stop
-        moved = each.one_sided * np.sum(weights[:, mine], axis=1)
-        one_sided += np.outer(moved, moved)
+        if each.one_sided is not None:
+            moved = weights[:, mine] @ each.one_sided
+            one_sided += np.outer(moved, moved)
     if form.any():
         found[FORM_OF_PART] = form
     if one_sided.any():
@@ -390,9 +398,11 @@ def noise_of_features(
     drawn = [
         each.own * generator.standard_normal((trials, len(each.own)))
         + each.form.drawn_by_size(trials, generator, len(each.own))
-        + each.one_sided * generator.standard_normal((trials, 1))
         for each in features
     ]
+    for own, each in zip(drawn, features, strict=True):
+        if each.one_sided is not None:
+            own += generator.standard_normal((trials, 1)) * each.one_sided
     for cause, rows in features[0].shared.items():
         amounts = generator.standard_normal((trials, len(rows)))
         for own, each in zip(drawn, features, strict=True):

@@ -285,7 +285,7 @@ _MEANING = {
 def _kind_words(one: QuantityCourse) -> str:
     words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
     course = one.course
-    walking = f"; u {course.walking.slope[1]:.2g} for a random walk" if course.may_walk else ""
+    walking = f"; u {course.walking.slope[1]:.2g} if it is a random walk" if course.may_walk else ""
     chance = f"p = {course.p_slope:.2g}: probability of such a trend by chance"
     return f"{words[course.kind]}, {chance}{walking}"
 

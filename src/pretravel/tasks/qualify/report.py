@@ -146,15 +146,15 @@ def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
             f"{AXIAL_PRETRAVEL / MICROMETRE:g} µm of pretravel along the probe's axis "
             "(its u is in u of the centre)"
         )
-        settings.append("axial pretravel")
+        settings.append("--axial-pretravel")
     if result.setup.u_diameter is None:
         assumed.append(
             f"u of the {result.setup.reference}'s diameter = {USUAL_U_DIAMETER / MICROMETRE:g} µm"
         )
-        settings.append("u diameter")
+        settings.append("--u-diameter")
     if not assumed:
         return ()
-    yours = f"; to give yours: {' and '.join(f'setting {name}' for name in settings)}"
+    yours = f"; to give yours: {', '.join(settings)}"
     return (KeyFigure("assumed", " and ".join(assumed) + yours),)
 
 

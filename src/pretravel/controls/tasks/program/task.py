@@ -303,8 +303,8 @@ class ProgramAxis(ProgramTask):
     sense: Annotated[
         Literal["against", "with"],
         Field(
-            help="Sense in which the sphere turns when the angle increases: against the right-hand "
-            "rule about the machine's axis (as on a table), or with the rule.",
+            help="Sense in which the sphere turns when the angle increases: against (as on a "
+            "table) or with the right-hand rule about the machine's axis.",
         ),
     ] = "against"
     turning_feed: Annotated[

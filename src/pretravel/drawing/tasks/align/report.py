@@ -92,9 +92,9 @@ def _rests_on(alignment: Alignment) -> str:
     moves = np.any(np.abs(own.response[: alignment.motions.shape[1]]) > _MOVES, axis=0)
     labels = np.array(alignment.points.labels)[np.flatnonzero(alignment.used)[moves]]
     return (
-        f"the datums rest on {', '.join(labels)}: the errors of these touches move the part, and "
-        "noise moves a datum out of the material on average. The form of the part does not count "
-        "as an error of such a datum"
+        f"the datums rest on {', '.join(labels)}: the errors of these touches move the part. "
+        "Noise moves a datum out of the material on average, which U contains. The form of the "
+        "part does not count as an error of such a datum"
     )
 
 

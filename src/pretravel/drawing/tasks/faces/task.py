@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Faces(Reported):
-    """List the faces of a STEP or IGES file, with the numbers that part.step#face uses."""
+    """List the faces of a STEP or IGES file, with the numbers to type in part.step#NUMBER."""
 
     name = "faces"
     example = "pretravel faces part.step --plot faces.png"

@@ -69,8 +69,9 @@ def notes_of(
         notes.append(
             f"{', '.join(map(shown_name, rough))}: the residuals are larger than the errors of the "
             f"points can explain. A further {_range_text(excess)} (standard deviation) is "
-            f"{FORM_OF_PART}, or touches scatter more than those on the reference. Its effect on "
-            "size and position is in u, with the correlation of the shapes that the residuals show"
+            f"{FORM_OF_PART}, or touches scatter more than those on the reference. u contains "
+            "its effect on size and position; neighbouring points are correlated as far as the "
+            "residuals show it"
         )
     notes += _of_features(features, lambda f: {f.hidden_form} - {"", *f.warnings})
     if conformities:

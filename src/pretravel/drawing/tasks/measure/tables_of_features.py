@@ -52,8 +52,8 @@ _COMMON = (
 )
 _CORRECTED = (
     "A distance near zero (position, coaxiality, orientation of an axis) is corrected for noise. "
-    "The decision compares the value before this correction; the bands are those of a value at the "
-    "limit. "
+    "The table shows the corrected value, and the decision uses the uncorrected one; the bands are "
+    "those of a value at the limit. "
 )
 _EXPLAINED = (
     "Value 0: the errors of the points alone can explain the measured value; 'at most' in the "
