@@ -74,7 +74,7 @@ def test_faces_show_a_scatter_that_u_does_not_contain(
     bulge = bow * np.sum((beside / 30.0) ** 2, axis=1)
     errors = bulge + scatter * rng.standard_normal(len(normals))
     given, points = _compensated(40.0 * normals + beside, normals, errors)
-    assert ("faces scatter by" in _said(given, points)) == said
+    assert ("about the plane faces" in _said(given, points)) == said
     assert points.standard_uncertainty.max() < 1.5 * OF_MAP
 
 
@@ -213,7 +213,7 @@ def test_faces_are_told_by_their_normals_and_heights() -> None:
     rough = 2e-3 * rng.standard_normal(36)
     found = none.with_faces(places + rough[:, None] * normals, normals, expected)
     assert found.faces.deviation == pytest.approx(2e-3, rel=0.5)
-    assert f"plane faces scatter by {found.faces.deviation * 1e3:.2g} µm" in found.sentences()[0]
+    assert f"scatter by {found.faces.deviation * 1e3:.2g} µm about the plane faces" in found.sentences()[0]
     assert found.faces.of_map == pytest.approx(1e-4)
     # Fewer than 12 touches: planes alone; fewer than 5: no face.
     few = np.r_[0:4, 12:19]
