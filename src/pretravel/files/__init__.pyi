@@ -56,7 +56,9 @@ from .machine_file import read_machine as read_machine
 from .map_datasets import map_dataset as map_dataset
 from .map_file import FORMER_MAP_ENDINGS as FORMER_MAP_ENDINGS
 from .map_file import MAP_ENDINGS as MAP_ENDINGS
+from .map_file import map_word as map_word
 from .map_file import read_map as read_map
+from .map_file import word_of_map_file as word_of_map_file
 from .map_file import write_map as write_map
 from .misses import filled_in as filled_in
 from .misses import odd_zeros as odd_zeros
@@ -78,7 +80,6 @@ from .probe_history import HISTORY_ENDING as HISTORY_ENDING
 from .probe_history import Entry as Entry
 from .probe_history import add_verification as add_verification
 from .probe_history import check_history as check_history
-from .probe_history import map_word as map_word
 from .probe_history import read_history as read_history
 from .probe_history import refuse_known_touches as refuse_known_touches
 from .readings import ALL as ALL

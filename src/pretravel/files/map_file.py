@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -9,8 +10,8 @@ from pathlib import Path
 
 import numpy.typing as npt
 
-from pretravel.base import TIP_BALL, InputError, PretravelError, checked
-from pretravel.files.map_json import map_from_json, write_json_map
+from pretravel.base import TIP_BALL, FloatArray, InputError, PretravelError, checked
+from pretravel.files.map_json import map_from_json, numbers_of_map, write_json_map
 from pretravel.files.map_table import read_csv_map, write_csv_map
 from pretravel.files.source_file import opened
 from pretravel.maps import MapLike, Origin, PretravelMap, as_map
@@ -111,3 +112,31 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
             inputs=("tip_diameter",),
         )
     return replace(found, tip_radius=0.5 * tip_diameter)
+
+
+def map_id(pretravel_map: PretravelMap) -> str:
+    """Twelve digits that identify a map."""
+    return _id_of(pretravel_map.coefficients, pretravel_map.rotation)
+
+
+def _id_of(coefficients: FloatArray, rotation: FloatArray) -> str:
+    return hashlib.sha256(coefficients.tobytes() + rotation.tobytes()).hexdigest()[:12]
+
+
+def map_word(path: str | Path, pretravel_map: PretravelMap) -> str:
+    """The name of the file of a map with its identity, as points state it."""
+    return f"{Path(path).name} {map_id(pretravel_map)}"
+
+
+def word_of_map_file(path: str | Path) -> str:
+    """The same word of the map that a file contains now.
+
+    Raises
+    ------
+    PretravelError
+        As `read_map`.
+    """
+    place = Path(path)
+    if place.suffix.lower() != ".json":
+        return map_word(place, read_map(place))
+    return f"{place.name} {_id_of(*numbers_of_map(opened(place)))}"

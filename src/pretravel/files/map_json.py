@@ -11,6 +11,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -144,10 +145,29 @@ def map_from_json(file: SourceFile) -> PretravelMap:
     InputError
         Not such a file; one that was changed after it was written; content that no map has.
     """
+    with _faults_of(file):
+        return _restored(_checked(_parsed(file.content)))
+
+
+def numbers_of_map(file: SourceFile) -> tuple[FloatArray, FloatArray]:
+    """Coefficients and rotation in the file of a map, without the map.
+
+    Raises
+    ------
+    InputError
+        As `map_from_json`.
+    """
+    with _faults_of(file):
+        content = _checked(_parsed(file.content))
+        return _floats(content, "coefficients_mm", 1), _floats(content, "rotation", 2)
+
+
+@contextmanager
+def _faults_of(file: SourceFile) -> Iterator[None]:
+    """Content that no map has is refused: a missing name, another type, sizes that do not fit."""
     try:
         with file.named_in_errors():
-            return _restored(_checked(_parsed(file.content)))
-    # Content that no map has: a missing name, another type, sizes that do not fit.
+            yield
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
         if isinstance(error, PretravelError):
             raise

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
@@ -11,13 +10,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pretravel.base import DEGREE, MICROMETRE, InputError, StaleTouchesError, add, locked_file
+from pretravel.files.map_file import map_id
 from pretravel.files.source_file import SourceFile, opened
 from pretravel.maps import PretravelMap, same_tip
-from pretravel.qualification import Verification
 from pretravel.touches import Touches
+
+if TYPE_CHECKING:
+    from pretravel.qualification import Verification
 
 _SCHEMA, HISTORY_VERSION = "pretravel verification", 1
 HISTORY_ENDING = ".jsonl"
@@ -195,17 +197,6 @@ def _refuse_other_tip(entries: list[Entry], path: Path, pretravel_map: Pretravel
             f"a tip of {2.0 * pretravel_map.tip_radius:g} mm. Keep one history for each probe",
             path=path,
         )
-
-
-def map_id(pretravel_map: PretravelMap) -> str:
-    """Twelve digits that identify a map."""
-    content = pretravel_map.coefficients.tobytes() + pretravel_map.rotation.tobytes()
-    return hashlib.sha256(content).hexdigest()[:12]
-
-
-def map_word(path: str | Path, pretravel_map: PretravelMap) -> str:
-    """The name of the file of a map with its identity, as points state it."""
-    return f"{Path(path).name} {map_id(pretravel_map)}"
 
 
 def refuse_known_touches(

@@ -30,7 +30,6 @@ from pretravel.measurement.point_errors import PointErrors, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.scatter_on_part import scatter_of_repeats
 from pretravel.measurement.touch_scatter import TouchScatter
-from pretravel.qualification import Qualification
 from pretravel.touches import (
     Touches,
     TouchesLike,
@@ -39,6 +38,7 @@ from pretravel.touches import (
 )
 
 if TYPE_CHECKING:
+    from pretravel.qualification import Qualification
     from pretravel.surface import LocalGeometry, Part, PartContacts, Reach, Surface
 
 

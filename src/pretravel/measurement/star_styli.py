@@ -18,11 +18,11 @@ from pretravel.base import DEGREE, FloatArray, IntArray, PretravelError, frozen,
 from pretravel.maps import AXIAL_PRETRAVEL, PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.points import Points, joined_points
-from pretravel.qualification import Qualification
 from pretravel.touches import Touches
 from pretravel.uncertainty import Covariance
 
 if TYPE_CHECKING:
+    from pretravel.qualification import Qualification
     from pretravel.surface import Part, Surface
 
 _DRAWS = 60

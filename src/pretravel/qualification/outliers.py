@@ -8,19 +8,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray, PretravelError, describe
-from pretravel.maps import (
-    HarmonicKind,
-    HarmonicMapFit,
-    KindOfMap,
-    MapFit,
-    Observation,
-    fit_harmonic,
-)
 from pretravel.qualification.within_directions import centred_within, dof_of_tails
+
+if TYPE_CHECKING:
+    from pretravel.maps import HarmonicMapFit, KindOfMap, MapFit, Observation
 
 OUTLIER_LEVEL = 0.01
 """Probability that any touch is named although all are good (Bonferroni)."""
@@ -259,6 +255,8 @@ def direction_outliers(
     kept = np.ones(len(observation.groups), dtype=bool)
     kept[list(named)] = False
     part = observation if kept.all() else observation.take(kept)
+    from pretravel.maps import HarmonicKind, fit_harmonic
+
     current = good = fit_harmonic(part)
     found: list[Outlier] = []
     for _ in range(MOST_WRONG_DIRECTIONS):

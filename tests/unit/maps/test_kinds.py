@@ -22,7 +22,6 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.maps.harmonic_regression import fit_harmonics
 from pretravel.maps.kind import KindOfMap, MapFit, hidden_variance, usual_shift_covariance
-from pretravel.maps.kinds import harmonic
 from pretravel.maps.kinds.harmonic import HarmonicKind, HarmonicMapFit
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind, averaged
 from pretravel.maps.kinds.sectors import SectorBasis, SectorsKind
@@ -543,7 +542,7 @@ class TestHarmonicCentre:
             begun.append(given[6])
             return fit_harmonics(*given)  # type: ignore[arg-type]
 
-        monkeypatch.setattr(harmonic, "fit_harmonics", noted)
+        monkeypatch.setattr("pretravel.maps.harmonic_regression.fit_harmonics", noted)
         kept = kind.refit(fit, fit.observation)
         assert kept.posterior.amplitudes is fit.posterior.amplitudes
         assert kept.coefficients == pytest.approx(fit.coefficients, abs=1e-15)

@@ -213,7 +213,10 @@ def test_faces_are_told_by_their_normals_and_heights() -> None:
     rough = 2e-3 * rng.standard_normal(36)
     found = none.with_faces(places + rough[:, None] * normals, normals, expected)
     assert found.faces.deviation == pytest.approx(2e-3, rel=0.5)
-    assert f"scatter by {found.faces.deviation * 1e3:.2g} µm about the plane faces" in found.sentences()[0]
+    assert (
+        f"scatter by {found.faces.deviation * 1e3:.2g} µm about the plane faces"
+        in found.sentences()[0]
+    )
     assert found.faces.of_map == pytest.approx(1e-4)
     # Fewer than 12 touches: planes alone; fewer than 5: no face.
     few = np.r_[0:4, 12:19]

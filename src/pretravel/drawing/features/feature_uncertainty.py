@@ -20,6 +20,7 @@ UNKNOWN_CORRELATION = "points, correlation not given"
 STEP_OF_COORDINATES = "step of the coordinates"
 FORM_OF_PART = "form of the part"
 ONE_SIDED = "noise at extreme points"
+PLACES_ON_DATUMS = "places of the touches on tilted datums"
 MACHINE = "machine"
 MAP = "map"
 _SAME_DIRECTION = np.radians(1.0)

@@ -13,6 +13,7 @@ from pretravel.base import FloatArray, PretravelError
 from pretravel.drawing.features.conformity import zone_conformity
 from pretravel.drawing.features.feature_uncertainty import (
     MACHINE,
+    PLACES_ON_DATUMS,
     FeatureErrors,
     covariance_by_source,
     dof_of_features,
@@ -37,8 +38,6 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     independent_columns,
 )
 from pretravel.uncertainty import across
-
-PLACES_ON_DATUMS = "places of the touches on tilted datums"
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,17 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredArray, StoredBasis
-from pretravel.maps.harmonic_regression import (
-    Amplitudes,
-    HarmonicFit,
-    fit_harmonics,
-)
 from pretravel.maps.kind import (
     FEWEST_OF_SIX_SEATS,
     CenteredFit,
@@ -35,6 +30,9 @@ from pretravel.maps.spherical_harmonics import (
 )
 from pretravel.maps.support import MARGIN
 from pretravel.uncertainty import Covariance
+
+if TYPE_CHECKING:
+    from pretravel.maps.harmonic_regression import Amplitudes, HarmonicFit
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _ALONG = np.array([0.0, 0.0, 1.0])
@@ -218,6 +216,8 @@ def fit_harmonic(
     -------
     HarmonicMapFit
     """
+    from pretravel.maps.harmonic_regression import fit_harmonics
+
     fit = fit_harmonics(
         observation.places,
         observation.values,

@@ -118,14 +118,20 @@ class PlanTouches(Reported):
 
             return PlannedBlock(self, plan_block(self.block))
         assert self.map_file is not None
-        from pretravel.files import drift_of_history, read_history, read_map, read_normals
+        from pretravel.files import read_map
         from pretravel.qualification import ProbeDrift, plan_touches
 
         old_map = read_map(self.map_file)
         _refuse_ring(old_map)
-        history, normals = self.history, self.normals
-        drift = ProbeDrift() if history is None else drift_of_history(read_history(history))
-        wanted = None if normals is None else read_normals(normals)
+        drift, wanted = ProbeDrift(), None
+        if self.history is not None:
+            from pretravel.files import drift_of_history, read_history
+
+            drift = drift_of_history(read_history(self.history))
+        if self.normals is not None:
+            from pretravel.files import read_normals
+
+            wanted = read_normals(self.normals)
         plan = plan_touches(old_map, self.count, normals=wanted, drift=drift)
         return PlannedTouches(self, old_map, plan)
 

@@ -203,7 +203,7 @@ def other_maps(points: Points, path: Path) -> tuple[str, ...]:
     tuple of str
         Sentences about it.
     """
-    from pretravel.files import MAPS_APART, map_word, read_map
+    from pretravel.files import MAPS_APART, word_of_map_file
 
     several = points.map_used.split(MAPS_APART)
     if len(several) > 1:
@@ -213,7 +213,7 @@ def other_maps(points: Points, path: Path) -> tuple[str, ...]:
     if not name or not beside.is_file():
         return ()
     try:
-        now = map_word(beside, read_map(beside))
+        now = word_of_map_file(beside)
     except PretravelError:
         return ()
     if now == points.map_used:

@@ -19,6 +19,7 @@ from pretravel.drawing.features.conformity import (
 from pretravel.drawing.features.extreme_association import MINIMUM_ZONE
 from pretravel.drawing.features.feature_results import features_table, residuals_table
 from pretravel.drawing.features.feature_trials import QuantityByTrials
+from pretravel.drawing.features.feature_uncertainty import PLACES_ON_DATUMS
 from pretravel.drawing.features.measured_feature import (
     MEASURED_RANGE,
     MeasuredFeature,
@@ -30,7 +31,6 @@ from pretravel.drawing.tolerances.tolerances import (
     InspectedFeature,
     Together,
 )
-from pretravel.drawing.tolerances.tolerances_of_places import PLACES_ON_DATUMS
 from pretravel.show import (
     Column,
     KeyFigure,
