@@ -1,5 +1,7 @@
 """The table of the workbench keeps all that a drawing states, and nothing is lost on the way."""
 
+from pathlib import Path
+
 from pretravel.drawing.screen.rows import drawing_of, restored, rows_of, stored
 from pretravel.drawing.tolerances.features_file import (
     Drawing,
@@ -7,6 +9,8 @@ from pretravel.drawing.tolerances.features_file import (
     DrawnPattern,
     DrawnRelation,
     NotDecided,
+    drawing_text,
+    read_features_file,
 )
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
 
@@ -53,6 +57,12 @@ def test_a_drawing_through_the_table() -> None:
     assert found.pattern == DRAWING.pattern
     assert found.between == DRAWING.between
     assert found.not_decided == DRAWING.not_decided
+
+
+def test_a_drawing_through_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "drawing.toml"
+    path.write_text(drawing_text(DRAWING))
+    assert read_features_file(path) == DRAWING
 
 
 def test_a_row_is_called_as_its_line() -> None:

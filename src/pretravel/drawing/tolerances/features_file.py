@@ -144,8 +144,8 @@ class DrawnPattern:
         )  # fmt: skip
 
     def __post_init__(self) -> None:
-        if len(self.features) < 2:
-            raise PretravelError("a pattern has two features or more")
+        if len(set(self.features)) < max(len(self.features), 2):
+            raise PretravelError("a pattern has two features or more, each once")
         _ = self.tolerance  # refused here, with the line
 
 
@@ -174,6 +174,10 @@ class DrawnRelation:
         if self.quantity not in ("distance", "angle"):
             raise PretravelError(
                 f"features have a distance or an angle between them, not a {self.quantity}"
+            )
+        if self.features[0] == self.features[1]:
+            raise PretravelError(
+                f"a {self.quantity} is between two features; '{self.features[0]}' is given twice"
             )
 
 

@@ -128,10 +128,6 @@ def _along_zone(placed: PlacedFeature, normals: FloatArray) -> FloatArray:
 def _tangent(placed: PlacedFeature) -> MeasuredFeature:
     """The plane outside the material that rests on the highest points."""
     feature = placed.feature
-    if feature.kind != "plane":
-        raise PretravelError(
-            f"{placed.label}: a tangent plane needs points of a plane, and this is a {feature.kind}"
-        )
     return measure_feature(
         feature.points,
         "plane",
