@@ -403,7 +403,7 @@ def test_the_association_of_each_feature_of_a_file(points_file: Path, tmp_path: 
     ("limits", "nominal", "message"),
     [
         ("20.0..20.02", 20, ""),
-        ("20.0..20.02", 21, "bore1: the nominal size is 21 mm, and the limits are 20 to 20.02 mm"),
+        ("20.0..20.02", 21, "bore1: the nominal value is 21 mm, and the limits are 20 to 20.02 mm"),
         ("+0.02/0", 0.7875, r"look like inches \(20.2565 mm"),
     ],
 )

@@ -110,6 +110,11 @@ class GeometricTolerance:
             POSITION, COAXIALITY, SYMMETRY, PARALLELISM, PERPENDICULARITY, ANGULARITY
         ):  # fmt: skip
             raise PretravelError(f"a {self.kind} has no material condition")
+        if self.zone == 0.0 and not self.material:
+            raise PretravelError(
+                f"the tolerance of a {self.kind} is 0 mm, which only a tolerance at maximum or "
+                "least material (M, L) can be"
+            )
         if not self.datums and self.kind not in (POSITION, PROFILE, *FORM_KINDS):
             raise PretravelError(f"a {self.kind} needs a datum")
         if self.datums and self.kind in FORM_KINDS:
