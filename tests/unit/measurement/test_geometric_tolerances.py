@@ -543,6 +543,11 @@ class TestRefused:
             with pytest.raises(PretravelError, match=f"h1: the tolerance needs its nominal {what}"):
                 _result(placed | {"h1": here}, "h1", "position", 0.1, "A|B|C")
 
+    def test_a_datum_without_effect_is_named(self, placed: dict[str, PlacedFeature]) -> None:
+        for kind in ("position", "profile"):
+            (told,) = _result(placed, "h1", kind, 0.1, "A|B|C|h2").remarks
+            assert told.startswith("datum h2 fixes no motion")
+
     @pytest.mark.parametrize(
         ("name", "words", "message"),
         [("ring", {"between": (0.0, 9.0)}, "a bore has no measured"),

@@ -116,7 +116,7 @@ def decided_places(
         conformity.with_value(quantity.value, quantity.u),
         bonus,
         places.free.shape[1],
-        remarks,
+        (*remarks, *frames[0].system.remarks),
     )
 
 

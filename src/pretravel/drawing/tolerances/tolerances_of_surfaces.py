@@ -110,7 +110,7 @@ def decided_surface(
     conformity = form_conformity(tolerance.name, form, tolerance.zone, required)
     quantity = Quantity(tolerance.name, form.value, form.u, {}, ends=form.interval)
     return GeometricResult(
-        (placed.label,), tolerance, quantity, conformity, 0.0, columns.shape[1],
+        (placed.label,), tolerance, quantity, conformity, 0.0, columns.shape[1], system.remarks,
     )  # fmt: skip
 
 
