@@ -223,10 +223,8 @@ def other_maps(points: Points, path: Path) -> tuple[str, ...]:
 
     several = points.map_used.split(MAPS_APART)
     if len(several) > 1:
-        return (
-            f"the points were compensated with {len(several)} maps: {points.map_used}. Which "
-            "errors these have in common is not known",
-        )
+        told = f"the points were compensated with {len(several)} maps: {points.map_used}"
+        return (f"{told}. Which errors these have in common is not known",)
     name = points.map_used.rpartition(" ")[0]
     beside = path.parent / name
     if not name or not beside.is_file():
