@@ -228,6 +228,7 @@ class TomlStructure:
         made.register_structure_hook_factory(_is_mapping, self._mapping_hook)
         made.register_structure_hook(float, lambda value, _: _number(value))
         made.register_structure_hook(int, lambda value, _: _integer(value))
+        made.register_structure_hook(bool, lambda value, _: _yes_or_no(value))
         made.register_structure_hook(str, lambda value, _: _text(value))
         return made
 
@@ -485,6 +486,12 @@ def _integer(value: Any) -> int:
         raise ValueError(f"must be an integer, got {quoted(value)}")
     if abs(value) > LARGEST_NUMBER:
         raise ValueError(f"is larger than any value of this kind: {quoted(value)}")
+    return value
+
+
+def _yes_or_no(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"must be true or false, got {quoted(value)}")
     return value
 
 

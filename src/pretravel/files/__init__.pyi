@@ -64,6 +64,7 @@ from .misses import filled_in as filled_in
 from .misses import odd_zeros as odd_zeros
 from .netcdf import read_dataset as read_dataset
 from .netcdf import write_dataset as write_dataset
+from .placement_file import part_of_placement as part_of_placement
 from .placement_file import read_placement as read_placement
 from .placement_file import write_placement as write_placement
 from .plan_csv import block_table as block_table

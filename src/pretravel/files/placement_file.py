@@ -93,16 +93,7 @@ def read_placement(source: Source) -> Placement:
         values contradict each other.
     """
     file = opened(source)
-    try:
-        content = parsed_json(file.content)
-    except ValueError as error:
-        raise file.error(f"this is not a placement: {error!s:.120}") from None
-    if not isinstance(content, dict) or content.get("schema") != _SCHEMA:
-        raise file.error(
-            f"this is not a placement (the key schema is not '{_SCHEMA}'); pretravel align writes "
-            "them",
-            inputs=("place",),
-        )
+    content = _content(file)
     if content.get("version") != _VERSION:
         raise file.error(f"the version is {content.get('version')!r:.40}; {_VERSION} is read")
     unknown = [name for name in content if name not in (*_SIZES, *_WORDS)]
@@ -126,6 +117,25 @@ def read_placement(source: Source) -> Placement:
         found = Placement(values["rotation"], values["shift_mm"], errors)
         _refuse_contradiction(content.get("place"), found)
         return found
+
+
+def part_of_placement(source: Source) -> str:
+    """Read the name of the part of a placement; empty where the file has none."""
+    return str(_content(opened(source)).get("part", ""))
+
+
+def _content(file: SourceFile) -> dict[str, Any]:
+    try:
+        content = parsed_json(file.content)
+    except ValueError as error:
+        raise file.error(f"this is not a placement: {error!s:.120}") from None
+    if not isinstance(content, dict) or content.get("schema") != _SCHEMA:
+        raise file.error(
+            f"this is not a placement (the key schema is not '{_SCHEMA}'); pretravel align writes "
+            "them",
+            inputs=("place",),
+        )
+    return content
 
 
 def _refuse_contradiction(place: object, found: Placement) -> None:

@@ -109,7 +109,9 @@ def points_and_notes(
         tip centres, by their nominal points, and the tip is not stated.
     """
     file = opened(source)
-    found, notes = _read(file, replace(options, normals_from=one_normal([0.0, 0.0, 1.0])))
+    found, notes, has_series = _read(
+        file, replace(options, normals_from=one_normal([0.0, 0.0, 1.0]))
+    )
     notes += tuple(
         copied_rows_warnings(found.positions, lambda row: f"row {row + 1} ({found.labels[row]})")
         + rows_in_a_row_warnings(found.positions)
@@ -121,13 +123,19 @@ def points_and_notes(
     if length and len(numbers) == 1 and 1 <= int(numbers[0]) <= len(found) // length:
         begin = (int(numbers[0]) - 1) * length
         return found[np.arange(begin, begin + length)], notes
+    if options.series and not has_series:
+        raise file.error(
+            f"the points have no series {', '.join(options.series)} to choose: leave it out, or "
+            "choose the points by their labels",
+            inputs=("series",),
+        )
     with file.named_in_errors():
         refuse_several_runs(found.labels, found.positions)
     return found, notes
 
 
-def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str, ...]]:
-    """The points of a file of any of the formats."""
+def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str, ...], bool]:
+    """The points of a file of any of the formats, what is said, and whether a series was chosen."""
     if file.ending in _TABLES and _COMPENSATED not in file.content[:_HEAD]:
         return _plain_points(file, options)
     table = read_parquet_table(file) if file.ending == ".parquet" else None
@@ -136,14 +144,14 @@ def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str,
     if options.units == "inch":
         raise file.error("the file is in mm, but inch was given", inputs=("units",))
     if file.ending == ".nc":
-        return _from_dataset(file), ()
+        return _from_dataset(file), (), False
     if file.ending == ".json":
-        return points_of_table(file, _json_table(file)), ()
+        return points_of_table(file, _json_table(file)), (), False
     if table is not None:
-        return points_of_table(file, table), _beside_points(file, table, options)
+        return points_of_table(file, table), _beside_points(file, table, options), False
     if file.ending in _TABLES:
         written = read_csv_table(file)
-        return points_of_table(file, written), _beside_points(file, written, options)
+        return points_of_table(file, written), _beside_points(file, written, options), False
     raise file.error(
         f"points with their uncertainties are read from .csv, .parquet, .json and .nc, not from "
         f"{file.ending}; write them in one of these formats when the touches are compensated"
@@ -187,7 +195,9 @@ def _beside_points(file: SourceFile, table: CsvTable, options: ReadingOptions) -
 _TIPS_NAMED = 5
 
 
-def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str, ...]]:
+def _plain_points(
+    file: SourceFile, options: ReadingOptions
+) -> tuple[Points, tuple[str, ...], bool]:
     """Points of a table with coordinates alone."""
     known = format_of(file) if file.ending != ".parquet" else None
     if known is not None and known.refusal:
@@ -222,7 +232,7 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
     _refuse_tip_centres(file, found, options)
     count = len(found.positions)
     points = Points.plain(found.positions, labels_or_numbers(found.labels, count))
-    return points, (*missed, *told)
+    return points, (*missed, *told), stated
 
 
 def _refuse_tip_centres(file: SourceFile, found: FilePositions, options: ReadingOptions) -> None:
@@ -281,6 +291,9 @@ def points_of_table(file: SourceFile, table: CsvTable) -> Points:
                        for k, row in enumerate(rows, start=1)}  # fmt: skip
         else:
             shared[_cause(name)] = frozen(column(name))
+    maps = _maps(table.columns.get(MAP_USED, ()))
+    if MAPS_APART in maps:
+        names = []  # which errors two maps have in common is not known
     return _checked(
         file,
         Points(
@@ -297,7 +310,7 @@ def points_of_table(file: SourceFile, table: CsvTable) -> Points:
                 frozen(table.numbers(*UNCOMPENSATED)) if table.has(*UNCOMPENSATED) else None
             ),
             face=_faces(file, table),
-            map_used=_maps(table.columns.get(MAP_USED, ())),
+            map_used=maps,
         ),
     )
 
@@ -307,8 +320,9 @@ MAPS_APART = " | "
 
 
 def _maps(words: Iterable[str]) -> str:
-    """The maps that rows state, each once."""
-    return MAPS_APART.join(shortened(word) for word in dict.fromkeys(words) if word)
+    """The maps that rows state, each once; where some rows state none, this too."""
+    found = dict.fromkeys(words)
+    return MAPS_APART.join(shortened(word) or "not stated" for word in found) if any(found) else ""
 
 
 def _faces(file: SourceFile, table: CsvTable) -> IntArray | None:

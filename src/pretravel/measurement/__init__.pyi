@@ -2,6 +2,7 @@
 
 from .association import ASSOCIATIONS as ASSOCIATIONS
 from .association import SHORTEST as SHORTEST
+from .association import OUT_OF_PLANE as OUT_OF_PLANE
 from .association import SIZE_NAMES as SIZE_NAMES
 from .association import Association as Association
 from .association import associate as associate

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -93,10 +94,17 @@ def test_datums_and_what_they_do_not_determine(folder: Path) -> None:
     assert "Touch again close to it" in warned
     assert "not determined" not in text
     text, warned = both_outputs(
-        "align", TOUCHES, "--part", PART, "--map", folder / "map.json", "--datum", "A=3"
-    )
+        "align", TOUCHES, "--part", PART, "--map", folder / "map.json", "--datum", "A=3",
+        "-o", folder / "of_a.json",
+    )  # fmt: skip
     assert "3 of 6 motions are not determined" in text
     assert "shift along x; shift along y; turn about z" in warned
+    other = shutil.copy(PART, folder / "other.step")
+    place = ("--nominal", other, "--place", folder / "of_a.json", "-o", folder / "a.csv")
+    _, warned = both_outputs("compensate", TOUCHES, "--map", folder / "map.json", *place)
+    # Fifteen of the 79 touches lie on faces 3, 15 and 16, across which nothing is free.
+    assert "leaves 3 motions as they were at the start, which move 64 of 79 points" in warned
+    assert "of_a.json is the placement of bracket.step, and the nominal surface is that" in warned
 
 
 def test_a_datum_without_a_motion_left_is_named_and_not_used(folder: Path) -> None:

@@ -17,7 +17,8 @@ import pretravel
 from pretravel.base.errors import PretravelError
 from pretravel.drawing.tasks.measure.lines import VERDICT_LEVELS
 from pretravel.drawing.tasks.measure.picture import verdicts_view
-from pretravel.drawing.tolerances.features_file import DrawnRelation, NotDecided
+from pretravel.drawing.tolerances.drawing_on_part import differences_from_part, drawing_on_part
+from pretravel.drawing.tolerances.features_file import DrawnFeature, DrawnRelation, NotDecided
 from pretravel.measurement.points import Points
 from pretravel.show import SpaceChart, SpaceNotes, cell_texts
 from tests.support.commands import both_outputs, run
@@ -188,6 +189,26 @@ def test_an_angle_is_that_of_the_drawing(drawn: float) -> None:
     ).lines
     assert line.value == pytest.approx(drawn, abs=1e-6)
     assert line.verdict.value == "conforms"
+
+
+def test_a_drawing_of_another_part(folder: Path, points: Points) -> None:
+    """The bore of face 12 has 12 mm, and its axis is z; face 7 is a plane, 25° from z."""
+    part, drawing = pretravel.read_part(MODEL), pretravel.read_drawing(folder / "drawing.toml")
+    rows = {row.name: row for row in drawing.feature}
+    bore = rows["cylinder12"]
+    for row, message in (
+        (bore, ""),
+        (replace(bore, nominal=12.01, tolerance="12..12.02"), ""),  # the model is within limits
+        (replace(bore, nominal=12.2, tolerance="±0.1"), "nominal_mm is 12.2, and the diameter of"),
+        (replace(bore, nominal=12.2, tolerance=None), "nominal_mm is 12.2, and the diameter of"),
+        (replace(bore, axis=(0.0, 0.01, 1.0)), "axis in the drawing is 0.57° from that of face 12"),
+        (replace(rows["plane7"], axis=(0.0, 0.0, 1.0)), "axis in the drawing is 25° from that"),
+    ):
+        told = " ".join(differences_from_part(pretravel.Drawing((row,)), part, points))
+        assert message in told if message else not told, told
+    for kind in ("sphere", "cone", "plane"):
+        with pytest.raises(PretravelError, match=f"is a {kind}, but the kind of face 12"):
+            drawing_on_part(pretravel.Drawing((DrawnFeature(kind, faces=(12,)),)), part)
 
 
 class TestThePartWasChanged:

@@ -397,7 +397,7 @@ def test_the_association_of_each_feature_of_a_file(points_file: Path, tmp_path: 
     ("limits", "nominal", "message"),
     [
         ("20.0..20.02", 20, ""),
-        ("20.0..20.02", 21, "bore1: the nominal size is 21 mm, and the limits are 20 to 20.02 mm"),
+        ("20.0..20.02", 21, "bore1: the nominal value is 21 mm, and the limits are 20 to 20.02 mm"),
         ("+0.02/0", 0.7875, r"look like inches \(20.2565 mm"),
     ],
 )
@@ -436,8 +436,12 @@ def test_points_of_two_maps_are_named(tmp_path: Path) -> None:
     run("compensate", EXAMPLES / "bore_touches.csv", "--map", tmp_path / "map.json", "-o", points)
     lines = points.read_text().splitlines()
     points.write_text("\n".join([*lines[:-1], lines[-1].replace("map.json", "old.json")]))
-    told = "".join(both_outputs("measure", points, "--feature", "bore", "--select", "bore1*"))
-    assert "compensated with 2 maps: map.json" in told
+    assert read_points(points).shared is None
+    bore = ("measure", points, "--feature", "bore", "--select", "bore1*")
+    assert "compensated with 2 maps: map.json" in "".join(both_outputs(*bore))
+    assert "have no series 2 to choose" in run(*bore, "--series", 2, code=2)
+    points.write_text("\n".join([*lines[:-1], lines[-1].rpartition(",")[0] + ","]))
+    assert read_points(points).map_used.endswith(" | not stated")
 
 
 def test_the_words_of_the_option_are_those_of_the_library() -> None:

@@ -1,5 +1,15 @@
 """The table of the workbench keeps all that a drawing states, and nothing is lost on the way."""
 
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel import measure_drawing
+from pretravel.base import PretravelError
 from pretravel.drawing.screen.rows import drawing_of, restored, rows_of, stored
 from pretravel.drawing.tolerances.features_file import (
     Drawing,
@@ -7,8 +17,12 @@ from pretravel.drawing.tolerances.features_file import (
     DrawnPattern,
     DrawnRelation,
     NotDecided,
+    drawing_text,
+    read_features_file,
 )
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
+from pretravel.drawing.tolerances.tolerances import FeatureTolerances
+from tests.support.feature_points import around, feature_points
 
 DRAWING = Drawing(
     (
@@ -53,6 +67,69 @@ def test_a_drawing_through_the_table() -> None:
     assert found.pattern == DRAWING.pattern
     assert found.between == DRAWING.between
     assert found.not_decided == DRAWING.not_decided
+
+
+def test_a_drawing_through_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "drawing.toml"
+    path.write_text(drawing_text(DRAWING))
+    assert read_features_file(path) == DRAWING
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (lambda: DrawnFeature("plane", "top*", nominal=12.0), "which has no size"),
+        (lambda: DrawnFeature("line", "edge*", tolerance="1..2"), "which has no size"),
+        (lambda: DrawnFeature("bore", "b*", nominal=-3.0), "must be positive"),
+        (lambda: DrawnFeature("bore", "b*", form_association="gaussian"), "no form_tolerance_mm"),
+        (lambda: DrawnFeature("plane", "t*", targets=((3.0, 2.0, 0.0, -5.0),)), "cannot be neg"),
+        (lambda: DrawnPattern("p", ("b1", "b1"), 0.1), "two features or more, each once"),
+        (lambda: DrawnRelation(("b1", "b1"), "1..2"), "'b1' is given twice"),
+        (lambda: NotDecided("b1", "diameter", "no reason", "2..1"), "not two numbers"),
+        (lambda: GeometricTolerance("position", 0.0, ("A",)), "which only a tolerance at maximum"),
+        (lambda: FeatureTolerances((-2.0, -1.0)), "must be larger than zero"),
+    ],
+)
+def test_what_a_feature_does_not_use_is_refused(made: Callable[[], object], message: str) -> None:
+    with pytest.raises(PretravelError, match=message):
+        made()
+
+
+BETWEEN = '[[between]]\nfeatures = ["one", "two"]\ntolerance = "49..51"\nnominal = '
+
+
+@pytest.mark.parametrize(
+    ("select", "stated", "message"),
+    [
+        ("b1*", "nominal_mm = 20.0\n" + BETWEEN + "50.0", ""),
+        ("b1*", "nominal_mm = 10.0", "the diameter is 20.000 mm, and the drawing's nominal_mm 10"),
+        ("b1*", BETWEEN + "60.0", "nominal value is 60 mm, and the limits are 49 to 51 mm"),
+        ("b2*", "nominal_mm = 20.0", "two and one have the same touches.* 50 mm apart"),
+        ("b1*", 'nominal_mm = 10.0\ntolerance = "±0.01"', "those of the half, such as a radius"),
+    ],
+)
+def test_what_contradicts_the_points(
+    tmp_path: Path, select: str, stated: str, message: str
+) -> None:
+    outward, _ = around(8)
+    points = feature_points(
+        np.vstack([10.0 * outward, 10.0 * outward + [50.0, 0.0, 0.0]]), np.tile(-outward, (2, 1))
+    )
+    labels = tuple(f"b{k}-{i}" for k in (1, 2) for i in range(8))
+    path = tmp_path / "drawing.toml"
+    path.write_text(
+        '[[feature]]\nlabel = "two"\nkind = "bore"\nselect = "b2*"\nat_mm = [50, 0, 0]\n'
+        f'[[feature]]\nlabel = "one"\nkind = "bore"\nselect = "{select}"\nat_mm = [0, 0, 0]\n'
+        + stated
+    )
+    try:
+        found = measure_drawing(replace(points, labels=labels), read_features_file(path))
+    except PretravelError as error:
+        told = str(error)
+    else:
+        told = " ".join(found.left_out)
+        assert found.nominals["one", "diameter"] in (10.0, 20.0)
+    assert re.search(message, told) if message else not told, told
 
 
 def test_a_row_is_called_as_its_line() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -28,7 +29,8 @@ from pretravel.drawing.tolerances.tolerance_frame import (
 from pretravel.drawing.tolerances.tolerances_of_places import _located
 from pretravel.measurement.association import associate, moved_association
 from pretravel.measurement.points import Points
-from tests.support.feature_points import OWN, around, feature_points
+from pretravel.surface import Part
+from tests.support.feature_points import OWN, around, feature_points, features
 
 Z = np.array([0.0, 0.0, 1.0])
 NEAR = 2e-6
@@ -258,6 +260,21 @@ class TestInClosedForm:
             0.04, abs=NEAR
         )
 
+    def test_symmetry_of_an_axis_to_a_plane(self) -> None:
+        """Off by 0.02 mm, and by 0.021 at its other end: no shift along the axis, which leans by
+        0.1 mrad, takes this up."""
+        placed = _measured(_block(h1=_cylinder((0.02, 10.0), 4.0, tilt=0.001)))
+        found = _result(placed, "h1", "symmetry", 0.1, "C")
+        assert found.quantity.value == pytest.approx(0.042, abs=NEAR)
+
+    def test_an_axis_across_a_plane(self) -> None:
+        """Concentric to h2 where it stands on A, 0.03 mm off: not to the middle of the plane."""
+        placed = _measured(
+            _block(h1=_cylinder((50.03, 10.0), 4.0), h2=_cylinder((50.0, 10.0), 3.0))
+        )
+        found = _result(placed, "h1", "coaxiality", 0.1, "A|h2")
+        assert found.quantity.value == pytest.approx(0.06, abs=NEAR)
+
 
 class TestOfForm:
     """Forms without datums, zones that are not in the middle, and projected ones."""
@@ -464,6 +481,14 @@ def test_position_scatters_as_stated(names: str, datums: str, truth: float | Non
         assert values.mean() == pytest.approx(truth, abs=4.0 * u[0] / np.sqrt(60))
 
 
+@pytest.fixture(scope="module")
+def placed() -> dict[str, PlacedFeature]:
+    ball, outward = features()["sphere"]
+    more = {"ball": ("sphere", ball, outward), "ring": ("bore", 4.0 * OUTWARD, -OUTWARD)}
+    bores = {"h1": _cylinder((10.0, 10.0), 4.0), "h2": _cylinder((50.0, 10.0), 4.0)}
+    return _measured(_block(**bores) | more)
+
+
 class TestRefused:
     def test_words(self) -> None:
         with pytest.raises(PretravelError, match="'postion' is not a tolerance"):
@@ -484,12 +509,20 @@ class TestRefused:
             ("h1", "parallelism", "A", "", "a tolerance of parallelism does not fit"),
             ("A", "position", "B", "M", "has no material condition"),
             ("h1", "position", "A(M)|B|C", "", "is not a datum at maximum material"),
+            ("h1", "position", "A|B-A", "", "A is twice a datum"),
+            ("h1 A", "position", "B", "", "a pattern consists of bores.* A is a plane"),
+            ("h1", "coaxiality", "A", "", "with an axis or a centre, and A is a plane"),
+            ("A", "run-out", "B", "", "with an axis or a centre, and B is a plane"),
+            ("h1", "coaxiality", "ball", "", "needs a datum with an axis, and ball is a sphere"),
+            ("h1", "coaxiality", "ring", "", "do not show the direction of its axis"),
+            ("h1", "symmetry", "A", "", "a tolerance of symmetry does not fit"),
+            ("B", "total run-out", "h1", "", "a tolerance of total run-out does not fit"),
         ],
     )
     def test_tolerances(
-        self, names: str, kind: str, datums: str, material: str, message: str
-    ) -> None:
-        placed = _measured(_block(h1=_cylinder((10.0, 10.0), 4.0), h2=_cylinder((50.0, 10.0), 4.0)))
+        self, placed: dict[str, PlacedFeature], names: str, kind: str, datums: str, material: str,
+        message: str,
+    ) -> None:  # fmt: skip
         with pytest.raises(PretravelError, match=message):
             _result(placed, names, kind, 0.1, datums, material)
 
@@ -500,11 +533,32 @@ class TestRefused:
         with pytest.raises(PretravelError, match="fewer than 3 points"):
             _result(placed, "h1", "run-out", 0.1, "h2")
 
-    def test_without_a_nominal_place(self) -> None:
-        placed = _measured(_block(h1=_cylinder((10.0, 10.0), 4.0)))
-        placed["h1"] = PlacedFeature(placed["h1"].feature)
-        with pytest.raises(PretravelError, match="h1: the tolerance needs its nominal point"):
-            _result(placed, "h1", "position", 0.1, "A|B|C")
+    def test_without_a_nominal_place(self, placed: dict[str, PlacedFeature]) -> None:
+        """Nor is the measured direction the nominal one where a part has no such face."""
+        bare = placed["h1"].feature
+        for here, what in (
+            (PlacedFeature(bare), "point"),
+            (PlacedFeature(bare, np.zeros(3), part=cast("Part", object())), "direction"),
+        ):
+            with pytest.raises(PretravelError, match=f"h1: the tolerance needs its nominal {what}"):
+                _result(placed | {"h1": here}, "h1", "position", 0.1, "A|B|C")
+
+    def test_a_datum_without_effect_is_named(self, placed: dict[str, PlacedFeature]) -> None:
+        for kind in ("position", "profile"):
+            (told,) = _result(placed, "h1", kind, 0.1, "A|B|C|h2").remarks
+            assert told.startswith("datum h2 fixes no motion")
+
+    @pytest.mark.parametrize(
+        ("name", "words", "message"),
+        [("ring", {"between": (0.0, 9.0)}, "a bore has no measured"),
+         ("h1", {"tangent": True}, "a tangent plane needs points of a plane")],
+    )  # fmt: skip
+    def test_words_of_other_features(
+        self, placed: dict[str, PlacedFeature], name: str, words: dict[str, Any], message: str
+    ) -> None:
+        tolerance = GeometricTolerance("perpendicularity", 0.1, ("A",), **words)
+        with pytest.raises(PretravelError, match=message):
+            inspect_geometry([placed[name]], tolerance, placed, 0.95)
 
 
 def test_places_of_a_median_plane_move_with_its_tilt() -> None:

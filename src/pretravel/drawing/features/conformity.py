@@ -304,7 +304,7 @@ def zone_conformity(
     rows = slice(worst * groups[1], (worst + 1) * groups[1])
     value, u = position_and_uncertainty(located[worst], covariance[rows, rows])
     shape = located / value if value > 0.0 else _unlike_zero(groups, covariance)
-    _check(required, u, -math.inf, width)
+    _check(required, u, -math.inf, width + most_bonus)
 
     # Of each drawn error, the values that it would leave inside: between two roots.
     inside = [_inside(shape, way, 0.5 * (width + grown)) for way in ways]

@@ -82,6 +82,8 @@ class DatumSystem:
         Motion by one standard uncertainty each of where planes were touched: a datum plane that is
         tilted against those before it has another place where the middle of its touches is not
         that of its face. [mm, rad]
+    idle : tuple of str
+        Datums that fix no motion, because those before them leave none that they determine.
     """
 
     placement: Placement
@@ -89,6 +91,14 @@ class DatumSystem:
     by_parameters: tuple[FloatArray, ...]
     free: FloatArray
     by_places: FloatArray
+    idle: tuple[str, ...] = ()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """About datums without effect."""
+        return tuple(
+            f"datum {label} fixes no motion that the datums before it leave" for label in self.idle
+        )
 
 
 def moved_by_frame(points: FloatArray, along: FloatArray) -> FloatArray:
@@ -148,7 +158,7 @@ def datum_system(datums: Datums) -> DatumSystem:
     lever = _lever(datums)
     placement = Placement()
     for _ in range(_STEPS):
-        motion, rows, places, free = _staged(datums, placement, lever)
+        motion, rows, places, free, idle = _staged(datums, placement, lever)
         size = float(np.linalg.norm(motion[3:]))
         motion = motion * min(1.0, _LARGEST_TURN / max(size, 1e-300))
         placement = placement.moved(motion)
@@ -162,7 +172,7 @@ def datum_system(datums: Datums) -> DatumSystem:
     features = tuple(each.feature for group in datums for each in group)
     by_places = np.hstack([np.zeros((6, 0)), *places])
     return DatumSystem(
-        placement, features, tuple(map(frozen, rows)), frozen(free), frozen(by_places)
+        placement, features, tuple(map(frozen, rows)), frozen(free), frozen(by_places), idle
     )
 
 
@@ -190,11 +200,11 @@ def _lever(datums: Datums) -> float:
 
 def _staged(
     datums: Datums, placement: Placement, lever: float
-) -> tuple[FloatArray, list[FloatArray], list[FloatArray], FloatArray]:
+) -> tuple[FloatArray, list[FloatArray], list[FloatArray], FloatArray, tuple[str, ...]]:
     """Motion that brings the nominal datums onto the measured ones, datum after datum.
 
-    With its change by the parameters of each feature, by the places of touches, and the motions
-    that are left.
+    With its change by the parameters of each feature, by the places of touches, the motions that
+    are left, and the datums that fix none.
     """
     from scipy.linalg import block_diag
 
@@ -210,6 +220,7 @@ def _staged(
     rows: list[FloatArray] = []
     places_of_touches: list[FloatArray] = []
     left, motion = np.eye(6), np.zeros(6)
+    idle: list[str] = []
     for group in datums:
         wanted = [_equations(each, placement, middle, lever) for each in group]
         matrix = np.vstack([one[0] for one in wanted]) * scale
@@ -217,6 +228,7 @@ def _staged(
         _, size, v = np.linalg.svd(matrix @ left, full_matrices=True)
         rank = int(np.sum(size > _DETERMINED))
         taken = left @ v[:rank].T
+        idle += [] if rank else ["-".join(each.feature.label for each in group)]
         if rank < len(off) and all(_rests(each) for each in group):
             away, face = off - matrix @ motion, np.zeros(len(off), dtype=np.int64)
             amounts, by_distance = touching(away, -matrix @ taken, face, sizes_are_free=False)
@@ -246,6 +258,7 @@ def _staged(
         [from_origin(row) for row in rows],
         [from_origin(row) for row in places_of_touches],
         from_origin(left),
+        tuple(idle),
     )
 
 

@@ -8,16 +8,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base import PretravelError
+from pretravel.base import DEGREE, PretravelError, unit
+from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, face_name
-from pretravel.measurement import Points, associate, points_on_faces
+from pretravel.drawing.tolerances.tolerance_text import ToleranceText
+from pretravel.measurement import Association, Points, associate, points_on_faces
 from pretravel.surface import Part, feet_on_faces
 
 MEASURED_FACES = ("plane", "cylinder", "cone", "sphere", "torus")
 """Kinds of faces that are measured as features."""
 _OPPOSITE = 1e-6  # of the sum of two unit normals
-_FLAT, _ROUND = ("plane", "slot"), ("cylinder", "bore", "boss", "sphere", "torus", "cone")
+_ROUND = {"cylinder", "sphere", "torus", "cone"}
+_FACES_OF = {"slot": {"plane"}, "bore": _ROUND, "boss": _ROUND}
+"""Kinds of faces that suit a feature, where they are not those of its own kind."""
 _SAME_PLACE = 0.01  # mm; drawings that are typed give two digits
+_SAME_AXIS = 1e-3  # rad; typed directions give three digits
 _ON_FACE = 1.0  # mm; parts that are measured are made better
 
 
@@ -98,8 +103,10 @@ def _with_kind(row: DrawnFeature, part: Part | None) -> DrawnFeature:
 def _of_one_kind(row: DrawnFeature, part: Part) -> DrawnFeature:
     """The same feature, whose faces can be of its kind."""
     own = {face.kind for face in part.faces if face.number in row.faces}
-    plane_for_round = own == {"plane"} and row.kind in _ROUND
-    if plane_for_round or (row.kind in _FLAT and own and own < set(MEASURED_FACES) - {"plane"}):
+    known = own <= set(MEASURED_FACES)  # other kinds of faces may have any shape
+    sections = ("circle", "line", BARE_SURFACE)
+    suits = _FACES_OF.get(row.kind, {row.kind}) if row.kind not in sections else own
+    if own and known and not own & suits:
         raise PretravelError(
             f"feature '{row.name}' is a {row.kind}, but the kind of {faces_words(row.faces)} of "
             f"{part.name} is {' and '.join(sorted(own))}. If the part's file was changed since, "
@@ -128,13 +135,7 @@ def differences_from_part(drawing: Drawing, part: Part, points: Points) -> list[
     found = []
     for row in drawing.feature:
         there = f"{faces_words(row.faces)} of {part.name}"
-        off = _off_the_drawing(row, part)
-        if off > _SAME_PLACE:
-            found.append(
-                f"{row.name}: its place in the drawing is {off:.3f} mm from {there}. "
-                "The place in the drawing counts; if the part's file was changed "
-                "since, write the drawing again (pretravel drawing)"
-            )
+        found += [f"{row.name}: {word}" for word in _other_than(row, part, there)]
         off = _off_the_face(row, part, points)
         if off > _ON_FACE:
             found.append(
@@ -145,20 +146,60 @@ def differences_from_part(drawing: Drawing, part: Part, points: Points) -> list[
     return found
 
 
-def _off_the_drawing(row: DrawnFeature, part: Part) -> float:
-    """Distance of the stated place from the axis or plane of its faces; 0 where unknown. [mm]"""
+def _other_than(row: DrawnFeature, part: Part, there: str) -> list[str]:
+    """Where the stated place, axis and size are not those of the faces."""
+    nominal = _feature_of_faces(row, part)
+    if nominal is None:
+        return []
+    again = "if the part's file was changed since, write the drawing again (pretravel drawing)"
+    found = []
+    if row.at is not None:
+        off = float(np.linalg.norm(nominal.located_along @ (nominal.point - np.array(row.at))))
+        if off > _SAME_PLACE:
+            found.append(
+                f"its place in the drawing is {off:.3f} mm from {there}. The place in the drawing "
+                f"counts; {again}"
+            )
+    if row.axis is not None and nominal.direction is not None:
+        turned = np.linalg.norm(np.cross(nominal.direction, unit(np.array(row.axis))))
+        if turned > _SAME_AXIS:
+            found.append(
+                f"its axis in the drawing is {np.arcsin(min(turned, 1.0)) / DEGREE:.2g}° from that "
+                f"of {there}. A profile is compared with the part, all else with the axis in the "
+                f"drawing; {again}"
+            )
+    size = None if row.kind == "cone" else nominal.diameter
+    if size is not None and _is_other_size(row, size):
+        found.append(
+            f"its nominal_mm is {row.nominal:g}, and the diameter of {there} {size:.6g} mm; {again}"
+        )
+    return found
+
+
+def _is_other_size(row: DrawnFeature, size: float) -> bool:
+    """Whether a size of the model is neither the nominal one nor within its limits. [mm]"""
+    if row.nominal is None or abs(size - row.nominal) <= _SAME_PLACE:
+        return False
+    if row.tolerance is None:
+        return True
+    limits = ToleranceText.parse(row.tolerance)
+    off = size if limits.are_limits else size - row.nominal
+    return (limits.low is not None and off < limits.low) or (
+        limits.high is not None and off > limits.high
+    )
+
+
+def _feature_of_faces(row: DrawnFeature, part: Part) -> Association | None:
+    """The axis, plane or centre of the faces; None where they have no such thing."""
     own = [face for face in part.faces if face.number in row.faces]
-    if row.at is None or not own:
-        return 0.0
-    kind = own[0].kind if all(face.kind == own[0].kind for face in own) else ""
+    kind = own[0].kind if own and all(face.kind == own[0].kind for face in own) else ""
     if kind not in MEASURED_FACES or kind == "torus" or row.kind == "slot":
-        return 0.0
+        return None
     surface = np.concatenate([face.coarse.points for face in own])
     try:
-        nominal = associate(kind, surface[np.isfinite(surface).all(axis=1)], at=row.at)
+        return associate(kind, surface[np.isfinite(surface).all(axis=1)], at=row.at)
     except PretravelError:
-        return 0.0
-    return float(np.linalg.norm(nominal.located_along @ (nominal.point - np.array(row.at))))
+        return None
 
 
 def _off_the_face(row: DrawnFeature, part: Part, points: Points) -> float:

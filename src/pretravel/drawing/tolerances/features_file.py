@@ -8,8 +8,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pretravel.base import InputError, PretravelError, TomlStructure, read_toml
+from pretravel.base import (
+    DISTANCE,
+    STEP,
+    InputError,
+    PretravelError,
+    TomlStructure,
+    checked,
+    read_toml,
+)
 from pretravel.drawing.features.extreme_association import check_criterion
+from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.tolerances.tolerance_frame import (
     POSITION,
     GeometricTolerance,
@@ -23,6 +32,9 @@ def face_name(faces: Sequence[int]) -> str:
     ('face3', 'face3,4')
     """
     return f"face{','.join(map(str, faces))}"
+
+
+_WITHOUT_SIZE = ("plane", "line", BARE_SURFACE)
 
 
 @dataclass(frozen=True)
@@ -98,6 +110,7 @@ class DrawnFeature:
             )
         if not self.kind and not self.faces:
             raise PretravelError(f"feature '{self.name}' needs its kind: plane, cylinder, bore, …")
+        self._refuse_idle_keys()
         if any(number < 1 for number in self.faces):
             raise PretravelError(f"feature '{self.name}': faces are counted from 1")
         if self.association is not None and self.kind:
@@ -105,6 +118,23 @@ class DrawnFeature:
                 check_criterion(self.association, self.kind)
             except PretravelError as error:  # of a key, not of an option
                 raise PretravelError(str(error)) from None
+
+    def _refuse_idle_keys(self) -> None:
+        """Refuse what a feature of this kind, or with these tolerances, does not use."""
+        if self.nominal is not None:
+            checked(self.nominal, f"the nominal size of '{self.name}'", STEP)
+        if self.kind in _WITHOUT_SIZE and (self.nominal, self.tolerance) != (None, None):
+            raise PretravelError(
+                f"feature '{self.name}' is a {self.kind}, which has no size: leave nominal_mm and "
+                "tolerance out"
+            )
+        if self.form_association is not None and self.form_tolerance is None:
+            raise PretravelError(
+                f"feature '{self.name}' has a form_association, but no form_tolerance_mm that it "
+                "would decide"
+            )
+        for *_, diameter in self.targets:
+            checked(diameter, f"the diameter of a target of '{self.name}'", DISTANCE)
 
 
 @dataclass(frozen=True)
@@ -144,8 +174,8 @@ class DrawnPattern:
         )  # fmt: skip
 
     def __post_init__(self) -> None:
-        if len(self.features) < 2:
-            raise PretravelError("a pattern has two features or more")
+        if len(set(self.features)) < max(len(self.features), 2):
+            raise PretravelError("a pattern has two features or more, each once")
         _ = self.tolerance  # refused here, with the line
 
 
@@ -174,6 +204,10 @@ class DrawnRelation:
         if self.quantity not in ("distance", "angle"):
             raise PretravelError(
                 f"features have a distance or an angle between them, not a {self.quantity}"
+            )
+        if self.features[0] == self.features[1]:
+            raise PretravelError(
+                f"a {self.quantity} is between two features; '{self.features[0]}' is given twice"
             )
 
 
@@ -205,12 +239,14 @@ class NotDecided:
         if not self.limits:
             return math.nan, math.nan
         low, _, high = self.limits.removesuffix("°").partition("..")
+        wrong = f"the limits '{self.limits}' are not two numbers as 0..0.1"
         try:
-            return (float(low) if low else -math.inf), (float(high) if high else math.inf)
+            ends = (float(low) if low else -math.inf), (float(high) if high else math.inf)
         except ValueError:
-            raise PretravelError(
-                f"the limits '{self.limits}' are not two numbers as 0..0.1"
-            ) from None
+            raise PretravelError(wrong) from None
+        if not ends[0] <= ends[1]:
+            raise PretravelError(wrong)
+        return ends
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from pretravel.measurement import associate
 from pretravel.surface import Part, feet_on_faces
 
 _SAME_FACE = 1e-6  # of the part's size: a larger form of the nominal points is another shape
+_WITH_PROJECTED_ZONE = ("cylinder", "cone")
 _DERIVED = ("circle", "bore", "boss", "sphere", "cylinder", "cone", "torus", "slot")
 
 
@@ -62,9 +63,14 @@ def inspect_geometry(
         tolerance.
     """
     groups = [_group(word, datums) for word in tolerance.datums]
+    taken = [one for group in groups for one in group.features]
     for placed in features:
-        if any(one.feature is placed.feature for group in groups for one in group.features):
+        if any(one.feature is placed.feature for one in taken):
             raise PretravelError(f"{placed.label} cannot be a datum of itself")
+        _refuse_idle_words(placed, tolerance)
+    for place, one in enumerate(taken):
+        if any(one.feature is other.feature for other in taken[:place]):
+            raise PretravelError(f"{one.label} is twice a datum of the same tolerance")
     if len(features) == 1 and tolerance.kind == POSITION and not groups:
         raise PretravelError(
             f"{features[0].label}: only a pattern can have a position without datums; give "
@@ -72,9 +78,13 @@ def inspect_geometry(
         )
     if len(features) > 1 and tolerance.kind != POSITION:
         raise PretravelError(f"a pattern has a position, not a {tolerance.kind}")
-    if _is_surface(features[0], tolerance):
+    surfaces = [placed for placed in features if _is_surface(placed, tolerance)]
+    if surfaces:
         if len(features) > 1:
-            raise PretravelError("a pattern consists of bores, bosses, slots or balls, not planes")
+            raise PretravelError(
+                "a pattern consists of bores, bosses, slots or balls; "
+                f"{surfaces[0].label} is a {surfaces[0].feature.kind}"
+            )
         found = decided_surface(features[0], tolerance, groups, required)
     else:
         found = decided_places(features, tolerance, groups, required)
@@ -127,6 +137,20 @@ def _group(word: str, datums: Mapping[str, PlacedFeature]) -> DatumWord:
             f"datum {missing[0]} is not among the measured features: {', '.join(datums)}"
         )
     return DatumWord(tuple(datums[letter] for letter in letters), bool(sign))
+
+
+def _refuse_idle_words(placed: PlacedFeature, tolerance: GeometricTolerance) -> None:
+    """Refuse what a frame states for other kinds of features than this one."""
+    kind = placed.feature.kind
+    if tolerance.between is not None and kind not in _WITH_PROJECTED_ZONE:
+        raise PretravelError(
+            f"{placed.label}: a projected zone (between_mm) is along an axis, and a {kind} has no "
+            "measured axis: leave between_mm out, or measure a cylinder"
+        )
+    if tolerance.tangent and kind != "plane":
+        raise PretravelError(
+            f"{placed.label}: a tangent plane needs points of a plane, and this is a {kind}"
+        )
 
 
 def _is_surface(placed: PlacedFeature, tolerance: GeometricTolerance) -> bool:

@@ -25,6 +25,7 @@ from pretravel.drawing.tolerances.datum_system import (
     DatumSystem,
     datum_system,
 )
+from pretravel.measurement import OUT_OF_PLANE
 from pretravel.surface import Part, face_triangles, feet_on_faces
 
 POSITION, PROFILE = "position", "profile"
@@ -49,7 +50,11 @@ _WITH_FORM = {
     FLATNESS: ("plane",),
 }
 ROUNDS = 6
-NO_MOTION = 1e-7  # of distances by a unit motion: less is rounding
+NO_MOTION = 1e-4
+"""Of distances by a unit motion: less is rounding, or the error of a measured direction, by which
+a shift of metres would take up any distance."""
+_FLAT = ("plane", "slot", "line")
+_OTHER_DIRECTION = 0.5  # rad: a feature that is turned by more is another one
 _NO_DIRECTION = 1e-9  # size below which what is left of a unit vector is rounding
 _SMALL_TURN = 1e-7  # rad: a fit that turns the frame by more is repeated from there
 
@@ -105,6 +110,11 @@ class GeometricTolerance:
             POSITION, COAXIALITY, SYMMETRY, PARALLELISM, PERPENDICULARITY, ANGULARITY
         ):  # fmt: skip
             raise PretravelError(f"a {self.kind} has no material condition")
+        if self.zone == 0.0 and not self.material:
+            raise PretravelError(
+                f"the tolerance of a {self.kind} is 0 mm, which only a tolerance at maximum or "
+                "least material (M, L) can be"
+            )
         if not self.datums and self.kind not in (POSITION, PROFILE, *FORM_KINDS):
             raise PretravelError(f"a {self.kind} needs a datum")
         if self.datums and self.kind in FORM_KINDS:
@@ -235,11 +245,11 @@ class Frame:
         `rows` are the changes of the distances by the six motions of the frame.
         """
         free = self.system.free
-        by_motion = rows @ free
-        free = free[:, np.linalg.norm(by_motion, axis=0) > NO_MOTION]
-        if free.shape[1] == 0:
+        u, size, v = np.linalg.svd(rows @ free, full_matrices=False)
+        moves = size > NO_MOTION
+        if not moves.any():
             return self, False
-        motion = free @ np.linalg.lstsq(rows @ free, change, rcond=1e-9)[0]
+        motion = free @ (v[moves].T @ ((u[:, moves].T @ change) / size[moves]))
         after = replace(self.system, placement=self.system.placement.moved(motion))
         step = Placement().moved(motion)
         turned = None if self.direction is None else step.vectors(self.direction[None])[0]
@@ -268,7 +278,7 @@ def frame_of(
         A nominal place that is missing, or datums that do not suit the tolerance.
     """
     if tolerance.kind in TO_AXIS:
-        return _frame_of_axis(tolerance, groups)
+        return _frame_of_axis(placed, tolerance, groups)
     if tolerance.kind in FORM_KINDS:
         return _frame_of_form(placed, tolerance)
     if tolerance.kind in ORIENTATION and len(groups) == 1 and len(groups[0].features) == 1:
@@ -283,7 +293,7 @@ def frame_of(
     direction = placed.direction
     measured = placed.feature.association
     needs = kind in ORIENTATION or measured.direction_rows is not None
-    if placed.part is None and direction is None and needs:
+    if direction is None and needs and not (kind == PROFILE and placed.part is not None):
         direction = placed.needed("direction")
     if direction is None:
         direction = measured.direction
@@ -348,13 +358,20 @@ def _middle(placed: PlacedFeature) -> FloatArray | None:
     return np.asarray(area @ corners.mean(axis=1) / area.sum())
 
 
-def _frame_of_axis(tolerance: GeometricTolerance, groups: Sequence[DatumWord]) -> Frame:
+def _frame_of_axis(
+    placed: PlacedFeature, tolerance: GeometricTolerance, groups: Sequence[DatumWord]
+) -> Frame:
     """The datum is the place itself: an axis, a centre or a median plane, wherever it is."""
     if not groups or len(groups) > 2:
         raise PretravelError(f"a {tolerance.kind} has one datum, or an axis and a plane")
     first = [one.feature for one in groups[0].features]
     own = [DatumFeature.as_measured(each) for each in first]
     point, direction = first[0].association.point, first[0].association.direction
+    nominal = groups[0].features[0].direction
+    if direction is not None and first[0].association.direction_rows is None:
+        direction = direction if nominal is None else nominal  # touches do not show it
+    if tolerance.kind != SYMMETRY and _is_flat(first[0]):
+        point = _axis_across(first[0], tolerance, groups[1:])
     if len(first) > 1:  # a common axis
         places = np.array([each.association.point for each in first])
         middle = places.mean(axis=0)
@@ -367,12 +384,79 @@ def _frame_of_axis(tolerance: GeometricTolerance, groups: Sequence[DatumWord]) -
         ]
     more = [[DatumFeature.as_measured(one.feature) for one in group.features]
             for group in groups[1:]]  # fmt: skip
+    _refuse_other_direction(placed, tolerance, first[0], direction)
+    if len(first) == 1:
+        _refuse_no_direction(placed, tolerance, groups[0].features[0])
     system = datum_system([own, *more])
-    if tolerance.kind in (RUN_OUT, TOTAL_RUN_OUT) and direction is None:
-        raise PretravelError(f"a {tolerance.kind} needs a datum with an axis")
     place = system.placement
     turned = None if direction is None else place.vectors(direction[None])[0]
     return Frame(system, place.points(point[None])[0], turned)
+
+
+def _is_flat(feature: MeasuredFeature) -> bool:
+    return feature.kind in _FLAT
+
+
+def _axis_across(
+    plane: MeasuredFeature, tolerance: GeometricTolerance, more: Sequence[DatumWord]
+) -> FloatArray:
+    """Where the second datum has its middle: the axis is there, across the plane before it."""
+    axis = next((one.feature for group in more for one in group.features), plane)
+    if _is_flat(axis) or axis.kind == BARE_SURFACE:
+        raise PretravelError(
+            f"a {tolerance.kind} needs a datum with an axis or a centre, and {plane.label} is a "
+            f"{plane.kind}"
+        )
+    found = axis.association
+    if found.direction is None:
+        return found.point
+    along = float((found.points.mean(axis=0) - found.point) @ found.direction)
+    return np.asarray(found.point + along * found.direction)
+
+
+def _refuse_other_direction(
+    placed: PlacedFeature,
+    tolerance: GeometricTolerance,
+    datum: MeasuredFeature,
+    direction: FloatArray | None,
+) -> None:
+    """Refuse a feature whose direction cannot be that of its datum."""
+    own = placed.feature.association.direction
+    if direction is None or own is None:
+        return
+    along = tolerance.kind != SYMMETRY or _is_flat(placed.feature) == _is_flat(datum)
+    turned = math.acos(min(abs(float(own @ direction)), 1.0))
+    if (turned if along else 0.5 * math.pi - turned) > _OTHER_DIRECTION:
+        raise PretravelError(
+            f"{placed.label} is {math.degrees(turned):.0f}° from datum {datum.label}: a tolerance "
+            f"of {tolerance.kind} does not fit this angle"
+        )
+
+
+def _refuse_no_direction(
+    placed: PlacedFeature, tolerance: GeometricTolerance, datum: PlacedFeature
+) -> None:
+    """Refuse an axis that the datum does not show, where the tolerance lies away from it."""
+    found, own = datum.feature.association, placed.feature.association
+    if found.direction_rows is not None:
+        return
+    runs = tolerance.kind in (RUN_OUT, TOTAL_RUN_OUT)
+    if found.direction is None:
+        if runs or own.direction_rows is not None:
+            raise PretravelError(
+                f"a {tolerance.kind} of {placed.label} needs a datum with an axis, and "
+                f"{datum.label} is a {datum.feature.kind}"
+            )
+        return
+    if datum.direction is not None or tolerance.kind == SYMMETRY:
+        return
+    away = float(np.abs((own.points - found.point) @ found.direction).max())
+    if away > OUT_OF_PLANE * 0.5 * (found.diameter or 0.0) or _is_flat(placed.feature):
+        raise PretravelError(
+            f"{datum.label} is a {datum.feature.kind}: its points do not show the direction of its "
+            f"axis, on which the {tolerance.kind} of {placed.label} depends. Measure it as a "
+            "cylinder, or give its axis"
+        )
 
 
 def _frame_of_form(placed: PlacedFeature, tolerance: GeometricTolerance) -> Frame:
@@ -401,7 +485,7 @@ def _frame_of_direction(
         turned = system.placement.vectors(placed.needed("direction")[None])[0]
         return Frame(system, own.point, turned)
     system = datum_system([[DatumFeature.as_measured(datum.feature)]])
-    normal = [each.kind in ("plane", "slot", "line") for each in (placed.feature, datum.feature)]
+    normal = [_is_flat(each) for each in (placed.feature, datum.feature)]
     along = (tolerance.kind == PARALLELISM) == (normal[0] == normal[1])
     cosine = float(own.direction @ found.direction)
     if along:
@@ -411,7 +495,7 @@ def _frame_of_direction(
         size = float(np.linalg.norm(flat))
         # Along the datum's direction only rounding is left, which has no direction.
         direction = flat / size if size > _NO_DIRECTION else np.zeros(3)
-    if abs(float(direction @ own.direction)) < math.cos(0.5):
+    if abs(float(direction @ own.direction)) < math.cos(_OTHER_DIRECTION):
         raise PretravelError(
             f"{placed.label} is {math.degrees(math.acos(min(abs(cosine), 1.0))):.0f}° from "
             f"datum {datum.label}: a tolerance of {tolerance.kind} does not fit this angle"
@@ -438,9 +522,5 @@ def stricter_verdict(conformity: Conformity, tolerance: GeometricTolerance) -> C
 
 def independent_columns(columns: FloatArray) -> FloatArray:
     """The same space in independent columns; none where nothing moves."""
-    length = np.linalg.norm(columns, axis=0)
-    scaled = columns[:, length > NO_MOTION] / length[length > NO_MOTION]
-    if scaled.shape[1] == 0:
-        return np.asarray(scaled)
-    found = np.linalg.svd(scaled, full_matrices=False)
-    return np.asarray(found[0][:, found[1] > 1e-6], dtype=np.float64)
+    found = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(found[0][:, found[1] > NO_MOTION], dtype=np.float64)

@@ -55,6 +55,11 @@ class FeatureTolerances:
                 inputs=("form_association",),
             )
         check_numbers(self, position=DISTANCE, form=DISTANCE, probability=PROBABILITY)
+        if self.size is not None and self.size[1] <= 0.0:
+            raise PretravelError(
+                f"the upper limit of the size is {self.size[1]:g} mm; it must be larger than zero",
+                inputs=("size_tolerance",),
+            )
 
     @property
     def any_stated(self) -> bool:
@@ -182,7 +187,7 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     required = tolerances.probability
     if tolerances.size is not None:
         size = feature.quantity(feature.size_name)
-        refuse_inches(size.name, size.value, tolerances.size)
+        refuse_other_unit(size.name, size.value, tolerances.size)
         found.append(
             size_conformity(size.name, size.value, size.u, tolerances.size, required, dof=size.dof)
         )
@@ -210,33 +215,47 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     return InspectedFeature(feature, tuple(decided_if_known(each, feature) for each in found))
 
 
-def refuse_inches(name: str, value: float, limits: tuple[float, float]) -> None:
-    """Refuse limits that are those of the same size in inches. [mm]
+def refuse_other_unit(name: str, value: float, limits: tuple[float, float]) -> None:
+    """Refuse limits that are those of the same size in inches, or of a radius. [mm]
 
     Raises
     ------
     PretravelError
 
-    >>> refuse_inches("diameter", 40.0, (1.574, 1.576))
+    >>> refuse_other_unit("diameter", 40.0, (1.574, 1.576))
     Traceback (most recent call last):
     ...
     pretravel.base.errors.PretravelError: diameter 40.000 mm, but the limits are around 1.5750: \
 they look like inches (40.0050 mm). Give them in mm
+    >>> refuse_other_unit("diameter", 40.0, (19.99, 20.01))
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: diameter 40.000 mm, but the limits are around 20.0000: \
+they look like those of the half, such as a radius. Give those of the whole
     """
     known = [limit for limit in limits if math.isfinite(limit)]
-    if not known:
+    if not known or limits[0] <= value <= limits[1]:
         return
     middle = sum(known) / len(known)
-    if abs(value - INCH * middle) <= _SAME_IN_INCHES * value:
-        raise PretravelError(
-            f"{name} {value:.3f} mm, but the limits are around {middle:.4f}: they look like inches "
-            f"({INCH * middle:.4f} mm). Give them in mm",
-            inputs=("size_tolerance", "nominal"),
-        )
+    narrow = len(known) == 2 and limits[1] - limits[0] < _NARROW * middle
+    for factor, needs_narrow, words in (
+        (INCH, False, f"they look like inches ({INCH * middle:.4f} mm). Give them in mm"),
+        (1.0 / INCH, True, "the points look like inches: they must be in mm"),
+        (2.0, True, "they look like those of the half, such as a radius. Give those of the whole"),
+    ):
+        if abs(value - factor * middle) <= _SAME_SIZE * value and (narrow or not needs_narrow):
+            raise PretravelError(
+                f"{name} {value:.3f} mm, but the limits are around {middle:.4f}: {words}",
+                inputs=("size_tolerance", "nominal"),
+            )
 
 
-def refuse_other_nominal(nominal: float | None, limits: tuple[float, float]) -> None:
-    """Refuse a nominal size that is far outside the limits: one of them is another size's. [mm]
+def refuse_other_nominal(
+    nominal: float | None, limits: tuple[float, float], unit: str = " mm"
+) -> None:
+    """Refuse a nominal value that is far outside the limits: one of them is another one's.
+
+    In mm, or in degrees.
 
     Raises
     ------
@@ -246,24 +265,31 @@ def refuse_other_nominal(nominal: float | None, limits: tuple[float, float]) -> 
     >>> refuse_other_nominal(41.0, (39.99, 40.01))
     Traceback (most recent call last):
     ...
-    pretravel.base.errors.PretravelError: the nominal size is 41 mm, and the limits are \
+    pretravel.base.errors.PretravelError: the nominal value is 41 mm, and the limits are \
 39.99 to 40.01 mm: one of them is wrong
     """
     if nominal is None:
         return
     low, high = limits
-    if max(low - nominal, nominal - high) > max(_FAR_FROM_NOMINAL, _SHARE_OF_NOMINAL * nominal):
+    if is_far_from_nominal(nominal, max(low, min(nominal, high))):
         raise PretravelError(
-            f"the nominal size is {nominal:g} mm, and the limits are {low:g} to {high:g} mm: one "
-            "of them is wrong",
+            f"the nominal value is {nominal:g}{unit}, and the limits are {low:g} to "
+            f"{high:g}{unit}: one of them is wrong",
             inputs=("nominal", "size_tolerance"),
         )
 
 
+def is_far_from_nominal(nominal: float, value: float) -> bool:
+    """Whether a value is farther from its nominal one than deviations of drawings are. [mm]"""
+    return abs(value - nominal) > max(_FAR_FROM_NOMINAL, _SHARE_OF_NOMINAL * nominal)
+
+
 _FAR_FROM_NOMINAL, _SHARE_OF_NOMINAL = 0.5, 0.01
 """The widest deviations of ISO 286, of a and c, are smaller. [mm], and of the nominal size"""
-_SAME_IN_INCHES = 0.02
+_SAME_SIZE = 0.02
 """Share of a size by which a part is off at most."""
+_NARROW = 0.1
+"""Limits of less than this share of their middle are those of one size."""
 
 
 def decided_if_known(conformity: Conformity, feature: MeasuredFeature) -> Conformity:

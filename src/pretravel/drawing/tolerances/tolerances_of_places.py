@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base import FloatArray, PretravelError
+from pretravel.base import FloatArray, PretravelError, unit
 from pretravel.drawing.features.conformity import zone_conformity
 from pretravel.drawing.features.feature_uncertainty import (
     MACHINE,
@@ -115,7 +115,7 @@ def decided_places(
         conformity.with_value(quantity.value, quantity.u),
         bonus,
         places.free.shape[1],
-        remarks,
+        (*remarks, *frames[0].system.remarks),
     )
 
 
@@ -282,9 +282,9 @@ def _located(placed: PlacedFeature, frame: Frame, tolerance: GeometricTolerance)
     """
     found = placed.feature.association
     if tolerance.kind == SYMMETRY and frame.direction is not None and found.direction is not None:
-        normal = found.direction  # of the median plane that lies in the datum
-        aligned = abs(float(normal @ frame.direction)) > 0.5
-        frame = replace(frame, direction=frame.direction if aligned else normal)
+        along = float(found.direction @ frame.direction)
+        if abs(along) < 0.5:  # an axis in a plane, or a plane with an axis in it
+            frame = replace(frame, direction=unit(found.direction - along * frame.direction))
     if found.direction is None or found.direction_rows is None:
         if tolerance.kind in ORIENTATION:
             raise PretravelError(f"{placed.label}: a {placed.feature.kind} has no orientation")

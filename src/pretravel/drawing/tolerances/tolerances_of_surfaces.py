@@ -110,7 +110,7 @@ def decided_surface(
     conformity = form_conformity(tolerance.name, form, tolerance.zone, required)
     quantity = Quantity(tolerance.name, form.value, form.u, {}, ends=form.interval)
     return GeometricResult(
-        (placed.label,), tolerance, quantity, conformity, 0.0, columns.shape[1],
+        (placed.label,), tolerance, quantity, conformity, 0.0, columns.shape[1], system.remarks,
     )  # fmt: skip
 
 
@@ -128,10 +128,6 @@ def _along_zone(placed: PlacedFeature, normals: FloatArray) -> FloatArray:
 def _tangent(placed: PlacedFeature) -> MeasuredFeature:
     """The plane outside the material that rests on the highest points."""
     feature = placed.feature
-    if feature.kind != "plane":
-        raise PretravelError(
-            f"{placed.label}: a tangent plane needs points of a plane, and this is a {feature.kind}"
-        )
     return measure_feature(
         feature.points,
         "plane",

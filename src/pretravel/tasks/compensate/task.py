@@ -26,6 +26,7 @@ from pretravel.task import (
     is_probe,
     is_shape,
     output,
+    placement_files,
     surface_files,
 )
 from pretravel.tasks.qualify import CompensatedTips
@@ -53,6 +54,8 @@ _SURFACE = "surface"
 _OTHER_SURFACE = 20.0
 """Median angle from which the stated normals are those of another surface: a bore whose expected
 centre is off by half the radius of its touches has it. [°]"""
+_MOVED = 1e-3
+"""Of a unit motion: a point that moves less along its normal shows no error of the motion."""
 _DRAWN = 5000
 """Points of a long table that pictures show."""
 
@@ -313,7 +316,12 @@ class Compensate(
         if in_machine:
             points = points.placed(placement)
         warnings = tuple(summary.warnings(pretravel_map))
-        warnings += (*coarse, *refitted, *_error_of_placement(placement, points))
+        warnings += (
+            *coarse,
+            *refitted,
+            *_error_of_placement(placement, points),
+            *self._other_part(),
+        )
         if readings.normals_taken:
             source = (
                 f"fitted {self.feature}" if nominal is None else f"nearest points of {self.nominal}"
@@ -323,6 +331,18 @@ class Compensate(
         return CompensatedTouches(
             self, readings, measured, pretravel_map, nominal, points, errors, summary, warnings
         )
+
+    def _other_part(self) -> tuple[str, ...]:
+        """Whether the file of the placement names another part than the nominal surface is."""
+        from pretravel.files import part_of_placement
+
+        of_place = placement_files(self.place or "")
+        own = [] if self.nominal is None else surface_files(self.nominal)
+        named = part_of_placement(of_place[0]) if of_place and own else ""
+        if not named or named == own[0].name:
+            return ()
+        said = f"{of_place[0].name} is the placement of {named}, and the nominal surface is that of"
+        return (f"{said} {own[0].name}",)
 
     def _on_feature(
         self, readings: FileReadings, nominal: Surface | Part | None
@@ -377,6 +397,8 @@ class Compensate(
 
 def _error_of_placement(placement: Placement, points: Points) -> tuple[str, ...]:
     """What a measured placement adds to the deviations, which u of the points does not contain."""
+    import numpy as np
+
     from pretravel.base import MICROMETRE
 
     if placement.errors is None or points.deviation is None:
@@ -389,7 +411,18 @@ def _error_of_placement(placement: Placement, points: Points) -> tuple[str, ...]
         "points. u of a point holds in the machine, without this error; points of align are in "
         "the frame of the part, and contain the error"
     )
-    return (said,)
+    free = placement.errors.undetermined
+    normals = placement.inverse.vectors(points.normals)
+    arms = np.cross(placement.inverse.points(points.positions), normals)
+    moved = np.linalg.norm(np.hstack([normals, arms]) @ free, axis=1) > _MOVED
+    if not moved.any():
+        return (said,)
+    left = (
+        f"the placement leaves {free.shape[1]} motions as they were at the start, which move "
+        f"{int(moved.sum())} of {len(points)} points along their normals: the deviations of these "
+        "contain an error that is not known, and not in U"
+    )
+    return said, left
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,10 +25,13 @@ from pretravel.drawing.tolerances.tolerances import (
     OpenTolerance,
     Together,
     decided_if_known,
-    refuse_inches,
+    refuse_other_nominal,
+    refuse_other_unit,
 )
 from pretravel.measurement import SIZE_NAMES
 from pretravel.surface import Part
+
+_SAME_PLACE = 1.0  # mm
 
 
 @dataclass
@@ -63,6 +66,10 @@ class DrawnFeatures:
 
         What cannot be decided is in `open` afterwards.
         """
+        try:
+            _refuse_same_touches(self.found, self.tasks)
+        except PretravelError as error:
+            raise PretravelError(f"{self.task.drawing}: {error}") from None
         placed = {
             row.name: _placed(self.found[row.name], self.tasks[row.name], row.nominal, self.part)
             for row in self.drawing.feature
@@ -176,7 +183,8 @@ class DrawnFeatures:
         if row.quantity == "angle":
             quantity = _as_drawn(quantity, row, limits)
         else:
-            refuse_inches(quantity.name, quantity.value, limits)
+            names = " and ".join(row.features)
+            refuse_other_unit(f"{names}: {quantity.name}", quantity.value, limits)
         decided = size_conformity(
             quantity.name,
             quantity.value,
@@ -191,6 +199,25 @@ class DrawnFeatures:
             decided_if_known(decided, both[0]),
             self.task.u_machine_um * MICROMETRE,
         )
+
+
+def _refuse_same_touches(
+    found: Mapping[str, InspectedFeature], tasks: Mapping[str, StatedSettings]
+) -> None:
+    """Refuse features at different places that have the same touches: one selection is wrong."""
+    known: dict[bytes, str] = {}
+    for name, own in found.items():
+        at = tasks[name].at
+        if at is None:
+            continue
+        other = known.setdefault(own.feature.points.positions.tobytes(), name)
+        apart = np.subtract(at, tasks[other].at or at)
+        away = float(np.linalg.norm(own.feature.association.located_along @ apart))
+        if away > _SAME_PLACE:
+            raise PretravelError(
+                f"{other} and {name} have the same touches, and their places (at_mm) are "
+                f"{away:.4g} mm apart: correct select or faces of one of them"
+            )
 
 
 def _as_drawn(quantity: Quantity, row: DrawnRelation, limits: tuple[float, float]) -> Quantity:
@@ -217,7 +244,9 @@ def _letters(words: Sequence[str]) -> list[str]:
 def _limits_between(task: StatedSettings, row: DrawnRelation) -> tuple[float, float]:
     """The limits of a distance or an angle. [mm or degrees]"""
     try:
-        return task.limits_of(row.tolerance, row.nominal)
+        limits = task.limits_of(row.tolerance, row.nominal)
+        refuse_other_nominal(row.nominal, limits, "°" if row.quantity == "angle" else " mm")
+        return limits
     except PretravelError as error:
         names = " and ".join(row.features)
         raise PretravelError(f"{task.drawing}: {names}: {error}") from None

@@ -17,7 +17,11 @@ from pretravel.drawing.features.measured_feature import (
     measure_feature,
 )
 from pretravel.drawing.tasks.measure.settings_of_features import BY_LABEL, StatedSettings
-from pretravel.drawing.tolerances.tolerances import InspectedFeature, inspect_feature
+from pretravel.drawing.tolerances.tolerances import (
+    InspectedFeature,
+    inspect_feature,
+    is_far_from_nominal,
+)
 from pretravel.measurement import Points, named_feature, normals_of_feature
 
 if TYPE_CHECKING:
@@ -63,17 +67,29 @@ def refuse_one_place_for_many(task: StatedSettings, names: Sequence[str]) -> Non
 
 
 def nominals_of(
-    found: Sequence[InspectedFeature], task: StatedSettings
+    found: Sequence[InspectedFeature], task: StatedSettings, size: float | None = None
 ) -> dict[tuple[str, str], float]:
-    """The nominal sizes and coordinates that a task states, by feature and quantity."""
+    """The nominal sizes and coordinates that a task (or a drawing) states, by quantity."""
     stated = {}
+    size = task.nominal if size is None else size
     for each in found:
         label = each.feature.label
-        if task.nominal is not None:
-            stated[label, each.feature.size_name] = task.nominal
+        if size is not None:
+            stated[label, each.feature.size_name] = size
         if task.at is not None:
             stated |= {(label, axis): at for axis, at in zip("xyz", task.at, strict=True)}
     return stated
+
+
+def far_from_nominal(feature: MeasuredFeature, row: DrawnFeature) -> list[str]:
+    """Whether the measured size cannot be that of the drawing; that of a cone at no place can."""
+    if row.nominal is None or (feature.kind == "cone" and row.at is None):
+        return []
+    size = feature.quantity(feature.size_name)
+    if not is_far_from_nominal(row.nominal, size.value):
+        return []
+    said = f"the {size.name} is {size.value:.3f} mm, and the drawing's nominal_mm {row.nominal:g}"
+    return [f"{feature.label}: {said}: are these its touches?"]
 
 
 def inspected(label: str, points: Points, task: StatedSettings) -> InspectedFeature:
@@ -207,7 +223,8 @@ def other_maps(points: Points, path: Path) -> tuple[str, ...]:
 
     several = points.map_used.split(MAPS_APART)
     if len(several) > 1:
-        return (f"the points were compensated with {len(several)} maps: {points.map_used}",)
+        told = f"the points were compensated with {len(several)} maps: {points.map_used}"
+        return (f"{told}. Which errors these have in common is not known",)
     name = points.map_used.rpartition(" ")[0]
     beside = path.parent / name
     if not name or not beside.is_file():

@@ -518,6 +518,7 @@ class Measure(LaboratoryReport):
         """The features of a drawing; those whose faces were not touched are named."""
         from pretravel.drawing.tasks.measure.drawn_features import DrawnFeatures
         from pretravel.drawing.tasks.measure.features_of_points import (
+            far_from_nominal,
             inspected,
             kinds_of,
             nominals_of,
@@ -552,7 +553,8 @@ class Measure(LaboratoryReport):
                 drawn.reasons[row.name] = str(error).removeprefix(f"{row.name}: ")
                 continue
             said += far
-            nominals |= nominals_of([drawn.found[row.name]], task)
+            nominals |= nominals_of([drawn.found[row.name]], task, row.nominal)
+            said += far_from_nominal(drawn.found[row.name].feature, row)
         features, together = drawn.decide()
         nominals |= {
             (", ".join(row.features), row.quantity): row.nominal
