@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import MISSING, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -25,6 +26,7 @@ from pretravel.task import (
     Result,
     Setting,
     Task,
+    refuse_what_is_typed_and_unused,
     settings_of,
 )
 
@@ -46,7 +48,9 @@ def command_of(task: type[Task]) -> Any:
 
     def callback(context: typer.Context, **values: Any) -> None:
         without_unused_parts()
-        code = deliver(task_of(task, values), context.meta[TYPED])
+        made = task_of(task, values)
+        refuse_what_is_typed_and_unused(made, filter(partial(_is_typed, context), values))
+        code = deliver(made, context.meta[TYPED])
         if code:
             raise typer.Exit(code)
 
@@ -68,6 +72,11 @@ def command_of(task: type[Task]) -> Any:
         if parameter.name in command.settings:
             read_here(parameter, command.settings[parameter.name])
     return command
+
+
+def _is_typed(context: typer.Context, name: str) -> bool:
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
 
 
 def group_of(name: str, text: str, tasks: Sequence[type[Task]]) -> Any:

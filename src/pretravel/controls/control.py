@@ -191,6 +191,20 @@ def _allowed_deviation(pretravel_map: PretravelMap, settings: ExportSettings) ->
     return max(settings.largest_deviation, 0.5 * math.sqrt(float(np.mean(u**2))))
 
 
+def without_a_table(**stated: object) -> tuple[str, ...]:
+    """Warnings of settings of a table that are stated, where the files contain a formula.
+
+    >>> without_a_table(first_variable=None)
+    ()
+    """
+    names = [name.replace("_", " ") for name, value in stated.items() if value is not None]
+    return tuple(
+        f"the {name} that you gave is not used: the files contain the formula of the map, which "
+        "needs no table"
+        for name in names
+    )
+
+
 def files_of_form(
     pretravel_map: PretravelMap,
     texts: Mapping[str, str],
@@ -203,6 +217,8 @@ def files_of_form(
     warnings: tuple[str, ...] = ()
     if isinstance(form, LookupTable):
         warnings = coarse_table_warnings(pretravel_map, form, settings)
+    else:
+        warnings = without_a_table(first_variable=settings.base)
     return ExportedFiles(texts, obsolete, remarks, warnings, form)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from string import Formatter
 
@@ -11,17 +11,19 @@ import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, PretravelError, from_angles
 from pretravel.controls.control import Control, ExportedFiles, ExportSettings, single_file
-from pretravel.controls.control_table import check_radii
+from pretravel.controls.control_table import TableSettings, check_radii, conditions_statements
 from pretravel.controls.lookup import supported_band
 from pretravel.controls.steps import same_steps
 from pretravel.maps import PretravelMap
 
 _ROW_NAMES = {"angle_deg", "deviation_mm", "number"}
-_TITLE_NAMES = {"title", "where", "residual_um"}
+_TITLE_NAMES = {"title", "where", "residual_um", "conditions"}
 _FORM = re.compile(r"[<>^=]?[+ -]?0?\d{0,2}(\.\d{1,2})?[defgs]?")
 """Forms of Python's format that a template may have."""
 _AROUND = np.arange(0.0, 360.0, 5.0) * DEGREE
 """Azimuths of the mean, and of the largest residual. [rad]"""
+_FINE_DEG = 1.0
+"""Step of the polar angles at which the interpolation between rows is judged. [degrees]"""
 
 
 def heidenhain_template() -> str:
@@ -37,6 +39,7 @@ def heidenhain_table(
     azimuth: float | None = None,
     step_deg: float = 5.0,
     travel: float = 0.0,
+    feed: float | None = None,
 ) -> str:
     """A table of deviation over the polar angle, in the layout of a template.
 
@@ -45,7 +48,8 @@ def heidenhain_table(
     pretravel_map : PretravelMap
     template : str, optional
         Lines with ``{angle_deg}`` or ``{deviation_mm}`` stand for the rows (``{number}`` counts
-        them); other lines may contain ``{title}``, ``{where}`` and ``{residual_um}``.
+        them); other lines may contain ``{title}``, ``{where}``, ``{conditions}`` (feed, tip and
+        orientation) and ``{residual_um}``.
     azimuth : float, optional
         Azimuth of all touches, of a probe that the spindle turns; the mean over the azimuth when
         not given. [rad]
@@ -53,6 +57,8 @@ def heidenhain_table(
         Step of the polar angle. [degrees]
     travel : float
         Travel of the machine during the signal delay, for a map of the probe at rest. [mm]
+    feed : float, optional
+        Measuring feed of that travel. [mm/min]
 
     Returns
     -------
@@ -69,6 +75,8 @@ def heidenhain_table(
         raise PretravelError(f"a step of {step_deg:g}° of the polar angle: it must be positive")
     text = heidenhain_template() if template is None else template
     profile = _profile(pretravel_map, azimuth, step_deg)
+    conditions = conditions_statements(pretravel_map, TableSettings(feed=feed))
+    profile = replace(profile, conditions=". ".join(conditions))
     check_radii(pretravel_map, profile.pretravel + travel)
     lines, has_rows = [], False
     for number, line in enumerate(text.splitlines(), start=1):
@@ -78,7 +86,7 @@ def heidenhain_table(
         except (KeyError, ValueError, IndexError) as error:
             raise PretravelError(
                 f"template, line {number}: {error}; a template may contain number, angle_deg, "
-                "deviation_mm (in rows), title, where and residual_um"
+                "deviation_mm (in rows), title, where, conditions and residual_um"
             ) from None
     if not has_rows:
         raise PretravelError("the template has no line with {angle_deg} and {deviation_mm}")
@@ -94,29 +102,34 @@ class _Profile:
     angles_deg, pretravel : (n,) float
         [degrees], [mm]
     residual : float
-        Largest difference at any azimuth. [mm]
+        Largest difference at any azimuth, of the rows and of straight lines between them. [mm]
     where : str
         The azimuths for which it holds.
+    conditions : str
+        Feed, tip and orientation for which it holds.
     """
 
     angles_deg: FloatArray
     pretravel: FloatArray
     residual: float
     where: str
+    conditions: str = ""
 
 
 def _profile(pretravel_map: PretravelMap, azimuth: float | None, step_deg: float) -> _Profile:
     band = supported_band(pretravel_map)
     low, high = band.lowest / DEGREE, band.highest / DEGREE
     angles = np.arange(np.ceil(low / step_deg), np.floor(high / step_deg) + 1.0) * step_deg
-    everywhere = _pretravel(pretravel_map, angles, _AROUND)
+    between = np.arange(*angles[[0, -1]], _FINE_DEG) if len(angles) else angles
+    fine = np.union1d(angles, between)
+    everywhere = _pretravel(pretravel_map, fine, _AROUND)
     if azimuth is None:
-        values = everywhere.mean(axis=1)
+        values = everywhere.mean(axis=1)[np.searchsorted(fine, angles)]
         where = "the mean over the azimuth"
     else:
         values = _pretravel(pretravel_map, angles, np.array([azimuth]))[:, 0]
-        where = f"the probe touched at azimuth {azimuth / DEGREE:g} degrees"
-    residual = float(np.max(np.abs(everywhere - values[:, None])))
+        where = f"the probe touched at azimuth {azimuth / DEGREE + 0.0:g} degrees"
+    residual = float(np.max(np.abs(everywhere - np.interp(fine, angles, values)[:, None])))
     return _Profile(angles, values, residual, where)
 
 
@@ -142,7 +155,10 @@ def _filled(line: str, profile: _Profile, travel: float) -> list[str]:
             for i, (angle, value) in enumerate(rows)
         ]
     residual = profile.residual / MICROMETRE
-    return [line.format(title="pretravel", residual_um=residual, where=profile.where)]
+    where, conditions = profile.where, profile.conditions
+    return [
+        line.format(title="pretravel", residual_um=residual, where=where, conditions=conditions)
+    ]
 
 
 def _names(line: str) -> set[str]:
@@ -163,7 +179,11 @@ def _names(line: str) -> set[str]:
 
 def _heidenhain(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
     text = heidenhain_table(
-        pretravel_map, settings.template, azimuth=settings.azimuth, travel=settings.travel
+        pretravel_map,
+        settings.template,
+        azimuth=settings.azimuth,
+        travel=settings.travel,
+        feed=settings.feed,
     )
     return single_file(
         text, ("the columns are not verified: compare them with those of your control",)

@@ -11,6 +11,7 @@ from pretravel.controls.control import (
     ExportSettings,
     coarse_table_warnings,
     own_formula,
+    without_a_table,
 )
 from pretravel.controls.control_table import head_statement
 from pretravel.controls.gcode import render
@@ -143,7 +144,8 @@ def exported(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedF
     exact = None if settings.form == "table" else exact_lookup(pretravel_map)
     if exact is not None:
         texts = subroutines(pretravel_map, exact)
-        return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),), form=exact)
+        idle = without_a_table(first_variable=settings.base, largest_deviation=settings.tolerance)
+        return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),), idle, exact)
     if settings.form == "formula":
         own_formula(pretravel_map)
     table = lookup_table(

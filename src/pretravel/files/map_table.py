@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from pretravel.base import (
     probe_rotation,
 )
 from pretravel.files.csv_table import CsvTable, read_csv_table, write_csv_table
+from pretravel.files.source_file import shortened
 from pretravel.maps import (
     DirectionSupport,
     Origin,
@@ -31,6 +33,16 @@ from pretravel.maps import (
 from pretravel.uncertainty import Covariance
 
 Columns = Mapping[str, npt.ArrayLike]
+
+_VALUES = ("polar_deg", "azimuth_deg", "pretravel_um", "u_um")
+_CONSTANTS = (
+    "tip_radius_mm", "u_tip_radius_um", "repeatability_um", "fixed_scatter_um", "feed_mm_min",
+    "delay_ms", "u_delay_ms", "probe_axis_x", "probe_axis_y", "probe_axis_z", "probe_rotation_deg",
+)  # fmt: skip
+_OF_PREDICTIONS = ("trigger_force_N", "sensing_distance_um", "seat", "remark")
+"""Columns that a map does not need: those of a prediction (and share_…_um), and remarks."""
+_LEAST = 0.05 * MICROMETRE
+"""The largest pretravel of a table is more than this, except of one that is all zero. [mm]"""
 
 
 def write_csv_map(path: str | Path, pretravel_map: PretravelMap, table: Columns | None) -> None:
@@ -108,10 +120,12 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
     Raises
     ------
     InputError
-        Missing columns, implausible values, a direction with two values.
+        Missing columns, columns that a map does not have (what they state would be lost),
+        implausible values, a direction with two values.
     """
     table = read_csv_table(path)
     table.require("polar_deg", "azimuth_deg", "pretravel_um", what="a map")
+    _refuse_other_columns(table)
     angles = table.numbers("polar_deg", "azimuth_deg") * DEGREE
     directions = from_angles(angles[:, 0], angles[:, 1])
     value = table.numbers("pretravel_um")[:, 0] * MICROMETRE
@@ -155,6 +169,31 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
     )
 
 
+def _refuse_other_columns(table: CsvTable) -> None:
+    known = {*_VALUES, *_CONSTANTS, *_OF_PREDICTIONS}
+    others = [
+        name
+        for name, cells in table.columns.items()
+        if name not in known and not re.fullmatch(r"share_.+_um", name) and any(cells)
+    ]
+    if "effective_radius_mm" in others:
+        raise InputError(
+            "this is a table of radii to read (column effective_radius_mm): between its directions "
+            "linear interpolation can be wrong by more than u_um, and it has no axis and no feed. "
+            "Use the map from which it was made",
+            path=table.path,
+            line=table.header_line or None,
+        )
+    if others:
+        raise InputError(
+            f"a map has no column '{shortened(others[0])}'; it has {', '.join(_VALUES)} and "
+            f"{', '.join(_CONSTANTS)}, each with the unit in its name; columns named remark are "
+            "not evaluated",
+            path=table.path,
+            line=table.header_line or None,
+        )
+
+
 def _refuse_implausible(table: CsvTable, value: FloatArray, feed: float | None) -> None:
     largest = largest_plausible(feed)
     row = int(np.argmax(np.abs(value)))
@@ -162,6 +201,20 @@ def _refuse_implausible(table: CsvTable, value: FloatArray, feed: float | None) 
         raise InputError(
             f"pretravel_um is {value[row] / MICROMETRE:g}; probes deflect by 1 to 80 µm, and up to "
             f"{largest / MICROMETRE:.0f} is accepted (more with a column feed_mm_min)",
+            path=table.path,
+            line=table.lines[row],
+        )
+    if np.all(value < 0.0):
+        raise InputError(
+            "pretravel_um is negative in every row; it is how far the tip moves on after the "
+            "contact. Is it the deviation of the radius, with the opposite sign?",
+            path=table.path,
+            line=table.lines[row],
+        )
+    if 0.0 < abs(value[row]) < _LEAST:
+        raise InputError(
+            f"the largest pretravel_um is {value[row] / MICROMETRE:g}; probes deflect by 1 to 80 "
+            "µm. Are the values in mm?",
             path=table.path,
             line=table.lines[row],
         )
@@ -185,10 +238,17 @@ def _distinct(table: CsvTable, directions: FloatArray, value: FloatArray) -> Int
 def _rotation(table: CsvTable) -> FloatArray:
     """Probe to machine frame; the axis is left out of a table where it is +z."""
     axis = [_constant(table, f"probe_axis_{name}") for name in "xyz"]
-    if not any(axis):
-        return np.eye(3)
     turn = _constant(table, "probe_rotation_deg") or 0.0
-    return probe_rotation([v or 0.0 for v in axis], turn * DEGREE)
+    stated = [value for value in axis if value is not None]
+    if not stated:
+        return probe_rotation((0.0, 0.0, 1.0), turn * DEGREE)
+    if len(stated) < 3 or not math.isclose(math.hypot(*stated), 1.0, abs_tol=1e-3):
+        raise InputError(
+            "probe_axis_x, probe_axis_y and probe_axis_z must all be there, and be a unit vector",
+            path=table.path,
+            line=table.header_line or None,
+        )
+    return probe_rotation(stated, turn * DEGREE)
 
 
 def _constant(table: CsvTable, name: str) -> float | None:

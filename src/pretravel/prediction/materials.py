@@ -9,6 +9,13 @@ from importlib.resources import files
 
 from pretravel.base import DescriptionError, TomlDocument, TomlStructure, parse_toml
 
+STIFFEST = 1.5e6
+"""Largest Young's modulus; that of diamond is 1.2e6. [MPa]"""
+DENSEST = 2.5e-5
+"""Largest density; that of osmium is 2.26e-5. [kg/mm³]"""
+HARDEST = 1.5e5
+"""Largest hardness; that of diamond is 1e5. [MPa]"""
+
 
 @dataclass(frozen=True)
 class Material:
@@ -39,23 +46,25 @@ class Material:
     hardness: float | None = None
 
     def __post_init__(self) -> None:
-        if not self.youngs_modulus > 0.0:
-            raise DescriptionError(
-                f"material '{self.name}': Young's modulus {self.youngs_modulus} MPa "
-                "must be positive"
-            )
+        self._check("Young's modulus", self.youngs_modulus, "MPa", STIFFEST)
         if not -1.0 < self.poissons_ratio < 0.5:
             raise DescriptionError(
                 f"material '{self.name}': Poisson's ratio {self.poissons_ratio} "
                 "must lie between -1 and 0.5"
             )
-        if not self.density > 0.0:
+        self._check("density", self.density, "kg/mm³", DENSEST)
+        if self.hardness is not None:
+            self._check("hardness", self.hardness, "MPa", HARDEST)
+
+    def _check(self, what: str, value: float, unit: str, largest: float) -> None:
+        if not value > 0.0:
             raise DescriptionError(
-                f"material '{self.name}': density {self.density} kg/mm³ must be positive"
+                f"material '{self.name}': {what} {value:g} {unit} must be positive"
             )
-        if self.hardness is not None and not self.hardness > 0.0:
+        if not value <= largest:
             raise DescriptionError(
-                f"material '{self.name}': hardness {self.hardness} MPa must be positive"
+                f"material '{self.name}': {what} {value:g} {unit} is more than that of any "
+                f"material ({largest:g} {unit}). Check the unit in the name of the key"
             )
 
     @property

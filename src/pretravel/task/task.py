@@ -731,6 +731,24 @@ def unused(task: type[Task], name: str, values: Mapping[str, Any]) -> tuple[str,
     return f"only for {said}", tuple(mode.key for mode in needed)
 
 
+def refuse_what_is_typed_and_unused(task: Task, names: Iterable[str]) -> None:
+    """Refuse settings that are typed and not of the mode, also those with their default value.
+
+    Parameters
+    ----------
+    task : Task
+    names : iterable of str
+        Settings that were typed.
+
+    Raises
+    ------
+    PretravelError
+        One of them is not used.
+    """
+    for name in names:
+        _refuse_unused(type(task), by_name(type(task))[name], vars(task))
+
+
 def _refuse_unused(task: type[Task], setting: Setting, values: Mapping[str, Any]) -> None:
     reason, keys = unused(task, setting.name, values)
     if reason:

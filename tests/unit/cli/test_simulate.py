@@ -106,6 +106,8 @@ class TestSimulate:
             ("sphere:radius=12.5", ["--approach", "sideways"], "not one of 'normal', 'file'"),
             ("sphere:radius=12.5", ["--delay", "5"], "give the feed too (--feed)"),
             ("sphere:radius=12.5", ["--noise", "-1"], "--noise -1"),
+            # The default of the workpiece, typed with a model that has none.
+            ("sphere:radius=12.5", ["--model", "shen", "--workpiece", "steel"], "is not used with"),
         ],
     )
     def test_errors_teach(self, surface: str, extra: list[str], words: str, tmp_path: Path) -> None:
@@ -140,5 +142,7 @@ def test_the_friction_of_the_tip_is_that_of_the_touch(tmp_path: Path) -> None:
     change = np.linalg.norm(stated - touched("smooth.csv", smooth), axis=1)
     assert change[0] > 1e-5
     assert change[2] < 1e-6
-    said = run("simulate", rough, *common, "--friction", 0.1, "-o", tmp_path / "no.csv", code=2)
-    assert "has 0.2 in [tip]" in said
+    for other in (0.1, 0):
+        out = tmp_path / "no.csv"
+        said = run("simulate", rough, *common, "--friction", other, "-o", out, code=2)
+        assert "has 0.2 in [tip]" in said

@@ -46,6 +46,7 @@ from pretravel.controls.macro_b import free_variables, macro_programs
 from pretravel.controls.program_log import FAULTS
 from pretravel.controls.renishaw import renishaw_variables
 from pretravel.controls.siemens import siemens_cycle
+from pretravel.controls.tasks.export.task import Export
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
@@ -282,6 +283,25 @@ class TestControls:
         with pytest.raises(PretravelError, match=r"4\.000 ms, which a table contains for one feed"):
             table_travel(delayed, None)
         assert ExportSettings().largest_deviation == pytest.approx(2e-5)
+
+    @pytest.mark.parametrize("control", ["heidenhain", "renishaw"])
+    def test_the_files_name_the_feed_that_was_given(self, control: str) -> None:
+        """They said: at one feed."""
+        task = Export(map_file="m.json", to=control, feed=60.0)  # type: ignore[arg-type]
+        text = task.exported(replace(mean_map(0.01), delay=4e-3)).files.texts[""]
+        assert re.search("contains the signal delay at 60 mm.min", text, re.IGNORECASE)
+
+    @pytest.mark.parametrize(
+        ("control", "given"),
+        [("fanuc", {"base": 700}), ("linuxcnc", {"base": 1200}), ("linuxcnc", {"tolerance": 1e-3})],
+    )
+    def test_settings_of_a_table_where_there_is_none(
+        self, control: str, given: dict[str, float]
+    ) -> None:
+        settings = ExportSettings(form="formula", **given)  # type: ignore[arg-type]
+        said = CONTROLS[control].files(mean_map(0.01), settings).warnings
+        assert len(said) == 1
+        assert "is not used: the files contain the formula" in said[0]
 
 
 class TestNumbers:

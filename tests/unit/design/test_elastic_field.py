@@ -152,13 +152,25 @@ def test_forces_on_the_body_are_in_equilibrium(
 
 
 def test_seats_that_carry_nothing_are_open(field: TriggerField) -> None:
-    """Up to a millionth of the largest load at rest above the least loaded."""
+    """Up to a millionth of the largest load at rest above the threshold; of a piezo stage none."""
     rest = field.rest_reactions * np.array([0.2, 1.0, 0.3, 2.0, 0.7, 1.2])
     largest = 2.0 * field.rest_reactions[3]
     loads = 0.01 + largest * np.array([0.9e-6, 1.0, 0.0, 1.1e-6, 0.5, 2e-6])
     trigger = replace(field.trigger, reactions=loads[None])
-    some = replace(field, trigger=trigger, rest_reactions=rest)
+    some = replace(field, trigger=trigger, rest_reactions=rest, open_at=0.01)
     assert some.opened == ["A-left", "B-left"]
+    assert replace(some, open_at=0.0).opened == []
+
+
+def test_states_that_are_not_shown_are_refused_by_name(probe: Probe, body: ReducedModel) -> None:
+    """The messages spoke of the model shen, and of a contact that carries tension."""
+    for changed, words in (
+        (probe.with_friction(0.1), r"\[seats\] has 0.1"),
+        (replace(probe, tip=replace(probe.tip, friction=0.2)), r"\[tip\] has 0.2"),
+        (replace(probe, criterion="arm_lift"), "criterion 'arm_lift'"),
+    ):
+        with pytest.raises(PretravelError, match=words):
+            field_at_trigger(changed, DIRECTIONS[0], body)
 
 
 def test_the_highest_stress_of_each_part_and_its_place(

@@ -255,6 +255,24 @@ class TestReports:
             Latch(**wrong)
         assert Latch(feed=60.0, delay=1e-3).delay == 1e-3
 
+    def test_the_signal_delay_of_a_map_is_in_its_touches(self) -> None:
+        """4 ms at 300 mm/min are 20 µm; they were passed over."""
+        ball, targets = Sphere([0, 0, 0], 12.5), Targets([[0.0, 0.0, 12.5]], [[0.0, 0.0, 1.0]])
+        still = mean_map(0.01)
+        delayed, fed = replace(still, delay=4e-3), replace(still, feed=50.0)
+        fast = Latch(feed=300.0)
+        heights = [simulate(each, ball, targets, latch=fast).positions[0, 2]
+                   for each in (delayed, still)]  # fmt: skip
+        assert heights[1] - heights[0] == pytest.approx(0.02, abs=1e-12)
+        for made, latch, said in (
+            (delayed, None, "give the feed"),
+            (delayed, replace(fast, delay=1e-3), "count it twice"),
+            (fed, Latch(feed=50.0, delay=1e-3), "at its feed of 50 mm/min, and would count it"),
+            (fed, fast, "what it is at 300 mm/min is not known"),
+        ):
+            with pytest.raises(PretravelError, match=said):
+                simulate(made, ball, targets, latch=latch)
+
     def test_travel_is_measured_from_first_contact_along_the_approach(self) -> None:
         n = from_angles(np.radians([10.0, 60.0, 30.0]), np.radians([0.0, 100.0, 200.0]))
         a = -from_angles(np.radians([30.0, 40.0, 60.0]), np.radians([10.0, 90.0, 180.0]))

@@ -135,8 +135,29 @@ class TestMapFiles:
         with pytest.raises(InputError, match=r"line 3: tip_radius_mm is 2, but 3"):
             read_map(path)
 
-    def test_a_table_in_the_wrong_unit(self, tmp_path: Path) -> None:
+    @pytest.mark.parametrize(
+        ("columns", "rows", "said"),
+        [
+            ("", "90,0,5000", "line 2: pretravel_um is 5000"),
+            ("", "90,0,0.005\n90,9,0.006", "line 3: the largest pretravel_um is 0.006.*in mm"),
+            ("", "90,0,-5\n90,9,-6", "line 3: pretravel_um is negative in every row"),
+            # It was passed over, and U lacked it.
+            (",u_tip_radius_mm", "90,0,5,0.0002", "line 1: a map has no column 'u_tip_radius_mm'"),
+            (",spindle_deg", "90,0,5,90", "a map has no column 'spindle_deg'"),
+            (",effective_radius_mm", "90,0,5,2.995", "a table of radii to read"),
+            # The axis was (0.6, 0, 0), and a rotation without an axis was passed over.
+            (",probe_axis_x", "90,0,5,0.6", "probe_axis_z must all be there"),
+        ],
+    )
+    def test_a_table_with_another_unit_sign_or_column(
+        self, tmp_path: Path, columns: str, rows: str, said: str
+    ) -> None:
         path = tmp_path / "t.csv"
-        path.write_text("polar_deg,azimuth_deg,pretravel_um\n90,0,5000\n")
-        with pytest.raises(InputError, match="line 2: pretravel_um is 5000"):
+        path.write_text(f"polar_deg,azimuth_deg,pretravel_um{columns}\n{rows}\n")
+        with pytest.raises(InputError, match=said):
             read_map(path, tip_diameter=6.0)
+
+    def test_a_rotation_about_the_vertical(self, tmp_path: Path) -> None:
+        path = tmp_path / "t.csv"
+        path.write_text("polar_deg,azimuth_deg,pretravel_um,probe_rotation_deg\n90,0,5,90\n")
+        assert read_map(path, tip_diameter=6.0).rotation[:, 0] == pytest.approx([0.0, 1.0, 0.0])

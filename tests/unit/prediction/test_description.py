@@ -99,6 +99,9 @@ def test_materials_of_the_description() -> None:
         ("poissons_ratio = 0.29", "poissons_ratio = 0.6", "between -1 and 0.5"),
         ("density_g_cm3 = 7.8", "density = 7.8", "has no density"),
         ("youngs_modulus_GPa = 206", "", "needs youngs_modulus_GPa"),
+        ("= 206", "= 206000", "2.06e.08 MPa is more than that of any material"),
+        ("= 7.8", "= 7800", "0.0078 kg/mm³ is more than"),
+        ("source =", "hardness_GPa = 700\nsource =", "hardness 700000 MPa is more than"),
     ],
 )
 def test_materials_that_cannot_be(old: str, new: str, words: str) -> None:

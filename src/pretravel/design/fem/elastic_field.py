@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import FloatArray, frozen
+from pretravel.base import FloatArray, PretravelError, frozen
 from pretravel.design.contact_stress import ContactStress, seat_stress, tip_stress
 from pretravel.design.fem.compliance import FiniteElements, seat_closure
 from pretravel.design.fem.condensation import ElasticField, ReducedModel
@@ -23,7 +23,7 @@ from pretravel.prediction import (
     seat_frame,
     seat_statics,
 )
-from pretravel.six_seats import SEAT_NAMES
+from pretravel.six_seats import PIEZO_STAGE, SEAT_NAMES
 
 log = logging.getLogger(__name__)
 
@@ -53,6 +53,8 @@ class TriggerField:
     seats_at_rest : ContactStress
     tip : ContactStress
         Of tip and part, one force.
+    open_at : float
+        Load of a seat at which it counts as open. [N]
     """
 
     elastic: ElasticField
@@ -66,13 +68,36 @@ class TriggerField:
     seats: ContactStress
     seats_at_rest: ContactStress
     tip: ContactStress
+    open_at: float = 0.0
 
     @property
     def opened(self) -> list[str]:
-        """Seats without load at the trigger; more than one in a plane of symmetry."""
+        """Seats without load at the trigger; more than one in a plane of symmetry, or none."""
         reactions = self.trigger.reactions[0]
-        loose = reactions <= reactions.min() + 1e-6 * self.rest_reactions.max()
+        loose = reactions <= self.open_at + 1e-6 * self.rest_reactions.max()
         return [name for name, is_loose in zip(SEAT_NAMES, loose, strict=True) if is_loose]
+
+
+def refuse_what_no_field_shows(probe: Probe) -> None:
+    """Refuse a probe whose state at the trigger is not that of six seats that hold or open.
+
+    Raises
+    ------
+    PretravelError
+        Friction at the seats or at the tip; a criterion at which a seat would pull.
+    """
+    for place, friction in (("[seats]", probe.seats.friction), ("[tip]", probe.tip.friction)):
+        if friction > 0.0:
+            raise PretravelError(
+                f"the state in the finite elements is that without friction, and {place} has "
+                f"{friction:g}: set it to 0. A prediction with the model fem contains that of seats"
+            )
+    if probe.criterion == "arm_lift":
+        raise PretravelError(
+            "the state in the finite elements is that before a seat opens; with the criterion "
+            "'arm_lift' of [trigger] one of a rod is open before: make it 'first_contact', or "
+            "predict with the model fem"
+        )
 
 
 def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedModel) -> TriggerField:
@@ -94,8 +119,9 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
     ------
     PretravelError
         The probe never triggers in that direction; a reduced model with other seats or another
-        tip than this probe's.
+        tip than this probe's; friction, or a criterion at which a seat would pull.
     """
+    refuse_what_no_field_shows(probe)
     normal = np.reshape(np.asarray(direction, dtype=np.float64), (1, 3))
     trigger = predict(probe, normal, FiniteElements(reduced))
     statics = seat_statics(probe)
@@ -131,6 +157,7 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
         seats=seat_stress(probe, trigger.reactions[0]),
         seats_at_rest=seat_stress(probe, statics.rest_reactions),
         tip=tip_stress(probe, trigger.force, default_workpiece()),
+        open_at=0.0 if probe.criterion == PIEZO_STAGE else probe.threshold,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -122,6 +122,52 @@ class Latch:
         return travel
 
 
+def latch_with_map(latch: Latch, pretravel_map: PretravelMap) -> Latch:
+    """The latch of a machine whose probe has this map, with the signal delay that the map contains.
+
+    Parameters
+    ----------
+    latch : Latch
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    Latch
+
+    Raises
+    ------
+    PretravelError
+        A delay in addition to that of the map; a map of a probe at rest without a feed; another
+        feed than that of a map whose delay is not known.
+    """
+    delay, feed = pretravel_map.delay, pretravel_map.feed
+    if latch.delay and (delay is not None or feed):
+        held = (
+            f"the travel at its feed of {feed:g} mm/min"
+            if delay is None
+            else f"the signal delay of {1e3 * delay:.3f} ms"
+        )
+        raise PretravelError(
+            f"the map contains {held}, and would count it twice: leave the delay out",
+            inputs=("delay",),
+        )
+    if delay is None:
+        if feed and latch.feed is not None and not math.isclose(latch.feed, feed):
+            raise PretravelError(
+                f"the map was made at {feed:g} mm/min, and its signal delay is not known: what it "
+                f"is at {latch.feed:g} mm/min is not known either",
+                inputs=("feed",),
+            )
+        return latch
+    if latch.feed is None:
+        raise PretravelError(
+            f"the map is that of the probe at rest, with a signal delay of {1e3 * delay:.3f} ms, "
+            "which adds travel in proportion to the feed: give the feed",
+            inputs=("feed",),
+        )
+    return replace(latch, delay=delay)
+
+
 @dataclass(frozen=True, eq=False)
 class SimulationResult:
     """Simulated touches, and the outcome at every target.
@@ -220,6 +266,8 @@ def simulate_some(
     surface = surface_of(surface)
     if isinstance(probe, str):
         probe = load_probe(probe)
+    if isinstance(probe, PretravelMap):
+        latch = latch_with_map(latch, probe)
     tip = tip_of(probe, model, workpiece=setup.material, gravity=gravity)
     outcomes = touch(
         tip.turned(setup.to_part),

@@ -199,6 +199,7 @@ class Export(Task):
             help=partial(_usual, "First variable", "base"),
             range=(0, 100_000),
             only=(_controls("base"),),
+            without=(When("form", ("formula",)),),
             label="First variable",
             hint="Empty: the usual one",
         ),
@@ -375,7 +376,10 @@ class Export(Task):
         from pretravel.controls.exports import table_travel
 
         tolerance, azimuth = self.tolerance_um, self.azimuth_deg
-        names = ("form", "base", "program", "tool", "stylus_length", "units", "angles", "criterion")
+        names = (
+            "form", "base", "program", "tool", "stylus_length", "units", "angles", "criterion",
+            "feed",
+        )  # fmt: skip
         given = {name: getattr(self, name) for name in names}
         given |= {
             "tolerance": None if tolerance is None else tolerance * MICROMETRE,

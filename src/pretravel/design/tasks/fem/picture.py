@@ -156,7 +156,7 @@ def _seat_forces(field: TriggerField) -> PlaneChart:
     high = 1.2 * float(max(field.rest_reactions.max(), trigger.reactions[0].max()))
     low = min(0.0, 1.2 * float(trigger.reactions[0].min()))
     return PlaneChart(
-        f"forces of the seats, open: {' and '.join(field.opened)}",
+        f"forces of the seats, open: {' and '.join(field.opened) or 'none'}",
         Axis("force", "N", low, high),
         Axis("seat", categories=SEAT_NAMES),
         (

@@ -56,7 +56,7 @@ def finite_elements_document(
                 "sensing distance", trigger.sensing_distance[0] / MICROMETRE, "µm", decimals(3)
             ),
             KeyFigure("pretravel", trigger.pretravel[0] / MICROMETRE, "µm", decimals(3)),
-            KeyFigure("opened seat", " and ".join(field.opened)),
+            KeyFigure("opened seat", " and ".join(field.opened) or "none"),
             _highest_stress(field),
             *contact_figures(field),
         ),

@@ -72,7 +72,11 @@ class Fem(Reported):
 
     def run(self, progress: Progress = SILENT) -> FiniteElementState:
         """Build the model and determine its state."""
-        from pretravel.design.fem.elastic_field import field_at_trigger, stress_by_direction
+        from pretravel.design.fem.elastic_field import (
+            field_at_trigger,
+            refuse_what_no_field_shows,
+            stress_by_direction,
+        )
         from pretravel.design.fem.geometry import write_step
         from pretravel.design.fem.linear_solvers import check_solver
         from pretravel.design.fem.mesh import MeshSettings
@@ -81,6 +85,7 @@ class Fem(Reported):
 
         probe = load_probe(self.probe)
         check_solver(self.solver)
+        refuse_what_no_field_shows(probe)
         normal = _normal(self.polar_deg, self.azimuth_deg)
         predict(probe, normal.reshape(1, 3), "shen")  # a direction without a trigger is refused now
         if self.step is not None:  # without the model, which needs much longer

@@ -91,14 +91,14 @@ class Simulate(PlacedPart, Reported):
     model: Annotated[ContactModel, InModes(without=(_A_MAP,))] = "analytic"
     approach: Approach = "normal"
     friction: Annotated[
-        float,
+        float | None,
         Field(
             help="Coulomb's coefficient of friction at the tip: with 0 the tip slides freely, with "
             "1000 it sticks; the default is friction of [tip] in the description.",
             range=FRICTION,
             without=(_A_MAP,),
         ),
-    ] = 0.0
+    ] = None
     feed: Annotated[float | None, Field(help="Feed rate, in mm/min.", range=FEED)] = None
     delay: Annotated[
         float,
@@ -153,7 +153,7 @@ class Simulate(PlacedPart, Reported):
         """Touch the targets."""
         from pretravel.design.probing import simulation
         from pretravel.design.probing.surface_touches import describe_failures
-        from pretravel.files import read_targets
+        from pretravel.files import read_map, read_targets
         from pretravel.prediction import Probe, material
         from pretravel.surface import parse_surface
 
@@ -175,6 +175,8 @@ class Simulate(PlacedPart, Reported):
         )
         noise = self.noise_um * MICROMETRE if self.machine is None else 0.0
         latch = simulation.Latch(self.feed, self.delay * 1e-3, noise, self.seed)
+        if is_map(self.probe):
+            latch = simulation.latch_with_map(latch, read_map(Path(self.probe)))
         with progress.working(f"touching {len(wanted)} targets"):
             simulated = simulation.simulate_some(
                 known,
@@ -203,13 +205,13 @@ class Simulate(PlacedPart, Reported):
         """The friction of tip and part, which the touch has; the probe without it."""
         from pretravel.prediction import Probe
 
+        stated = self.friction
         if not isinstance(known, Probe) or known.tip.friction == 0.0:
-            return known, self.friction
+            return known, stated or 0.0
         described = known.tip.friction
-        if self.stated("friction") and self.friction != described:
+        if stated is not None and stated != described:
             raise PretravelError(
-                f"friction {self.friction:g}: {self.probe} has {described:g} in [tip]; give one "
-                "of them",
+                f"friction {stated:g}: {self.probe} has {described:g} in [tip]; give one of them",
                 inputs=("friction", "probe"),
             )
         return replace(known, tip=replace(known.tip, friction=0.0)), described
