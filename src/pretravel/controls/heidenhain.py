@@ -120,7 +120,7 @@ def _profile(pretravel_map: PretravelMap, azimuth: float | None, step_deg: float
     band = supported_band(pretravel_map)
     low, high = band.lowest / DEGREE, band.highest / DEGREE
     angles = np.arange(np.ceil(low / step_deg), np.floor(high / step_deg) + 1.0) * step_deg
-    between = np.arange(*angles[[0, -1]], _FINE_DEG) if len(angles) else angles
+    between = np.arange(angles[0], angles[-1], _FINE_DEG) if len(angles) else angles
     fine = np.union1d(angles, between)
     everywhere = _pretravel(pretravel_map, fine, _AROUND)
     if azimuth is None:
