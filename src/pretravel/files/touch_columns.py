@@ -450,6 +450,10 @@ def _feed_unit(roles: ColumnRoles, unit: _Unit | None) -> str:
     return own or ("inch/min" if unit is not None and unit.name == "inch" else "mm/min")
 
 
+_WITH_SIGN = re.compile(r"\d[,.']|[,.']\d")
+"""A digit next to a decimal sign or one of thousands."""
+
+
 def _decimal(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> str | None:
     """The decimal sign of the numbers that are read; None where no number has one."""
     cells = [
@@ -457,7 +461,7 @@ def _decimal(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> st
         for role, i in roles.index.items()
         if role in NUMBER_ROLES
         for row, line in zip(text.rows, text.lines, strict=True)
-        if "," in row[i] or "." in row[i] or "'" in row[i]
+        if _WITH_SIGN.search(row[i])
     ]
     commas = [(cell, line) for cell, line in cells if "," in cell]
     points = [(cell, line) for cell, line in cells if "." in cell]

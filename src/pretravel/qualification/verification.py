@@ -52,6 +52,10 @@ _FINE_STEP = 0.3
 """A step below this share of the map's repeatability does not matter."""
 
 
+_OF_ONE_DIRECTION = 10.0
+"""Nine directions over the half sphere have 3 to 5, up to polar 60° 7, 45° 15, 30° 36 and more."""
+
+
 @dataclass(frozen=True, eq=False)
 class Verification:
     """New touches on the reference, compared with a map.
@@ -116,6 +120,16 @@ class Verification:
     warnings: tuple[str, ...]
     touches_digest: str = ""
     unseen_turn: UnseenTurn | None = None
+
+    @property
+    def size_is_unseen(self) -> bool:
+        """Whether nothing changed, but a change of size looks like a shift of the reference.
+
+        So it is of directions that lie close together, as those of a log that breaks off: the size
+        is `_OF_ONE_DIRECTION` times as uncertain as the difference in one direction, or more.
+        """
+        of_one = float(np.median(self.u_differences))
+        return not self.changed and not self.size.u <= _OF_ONE_DIRECTION * of_one
 
 
 def verify(

@@ -52,6 +52,8 @@ _UNITS = {"_um": "µm", "_deg": "°"}
 """The unit that the end of a name states; the option is called without it."""
 _TYPED_UNITS = {"µm": 1e-3, "°": math.pi / 180.0}
 """In the units of the library: mm, rad."""
+_SMALLEST_U_UM = 0.005
+"""A standard uncertainty that is smaller was typed in mm. [µm]"""
 
 
 class Progress:
@@ -374,6 +376,11 @@ class Setting(NamedTuple):
         low, high = self.limits
         if not low <= number <= high:
             self._refuse(value, f"it must lie between {low:g} and {high:g}")
+        if self.name.startswith("u_") and self.unit == "µm" and 0.0 < number < _SMALLEST_U_UM:
+            self._refuse(
+                value,
+                f"no length is known so well. It is in µm: were {1e3 * number:g} µm typed in mm?",
+            )
         return number  # type: ignore[no-any-return]
 
     def _refuse(self, value: Any, reason: str) -> None:

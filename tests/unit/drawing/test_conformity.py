@@ -60,6 +60,15 @@ class TestSize:
         assert math.isnan(found.guard_band)
         assert found.verdict is UNDECIDED
 
+    @pytest.mark.parametrize(("value", "verdict"), [(0.0, UNDECIDED), (0.4, FAILS)])
+    def test_a_value_inside_a_far_too_narrow_tolerance_does_not_fail(
+        self, value: float, verdict: ConformityVerdict
+    ) -> None:
+        """±0.05 u has 4 % in its middle, which says nothing of the value; 1.645 u outside does."""
+        found = size_conformity("diameter", value, 0.2, (-0.01, 0.01), 0.95)
+        assert found.probability < 0.05
+        assert found.verdict is verdict
+
     def test_without_uncertainty_nothing_is_decided(self) -> None:
         assert size_conformity("d", 1.0, 0.0, (0.9, 1.1), 0.95).verdict is UNDECIDED
 

@@ -97,6 +97,13 @@ def test_a_header_is_not_excluded(text: str, line: str, words: str) -> None:
         read_readings(SourceFile("a.csv", text.encode()), options)
 
 
+def test_a_cell_without_a_digit_is_no_question_of_the_decimal_sign() -> None:
+    text = "X;Y;Z\n1,5;2,5;3,5\n2,5;--.----;3,5\n"
+    options = ReadingOptions(units="mm", normal=(0.0, 0.0, 1.0))
+    with pytest.raises(InputError, match=r"line 3: .*'--\.----'"):
+        read_readings(SourceFile("a.csv", text.encode()), options)
+
+
 def test_a_number_that_is_a_name_and_a_column_twice_are_refused() -> None:
     """Silently, y was the fourth column, whose name is 3, and two coordinates were one column."""
     file = SourceFile("a.csv", _table("Report,Part 5,Rev,3", ",", labels=True).encode())

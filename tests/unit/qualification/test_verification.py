@@ -44,8 +44,10 @@ from pretravel.tasks.verify.picture import verification_view
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import rows, run
+from tests.support.example_maps import example_map
 from tests.support.lobed_map import SETUP, UM, N, lobed_map, lobed_touches, moved
 from tests.support.pictures import coloured_share
+from tests.support.reference_touches import sphere_touches
 from tests.support.results import data_of
 
 REPEATS = 3
@@ -228,6 +230,23 @@ def test_a_turn_that_four_azimuths_cannot_show_is_no_unchanged_probe(tmp_path: P
             assert angle == pytest.approx(60.0 * DEGREE)
             lobes = 2.0 * math.hypot(1.5, 0.8) * math.sqrt(35.0 / 8.0) * UM
             assert change == pytest.approx(lobes, rel=0.05)
+
+
+@pytest.mark.parametrize(("polar", "unseen"), [(30.0, True), (85.0, False)])
+def test_a_change_of_size_that_a_cap_cannot_show(
+    tmp_path: Path, polar: float, unseen: bool
+) -> None:
+    """Touches of a log that breaks off: 10 µm more in all directions are a shift of the centre."""
+    old, n = example_map("physical"), fibonacci_cap(9, np.radians(polar))
+    write_map(tmp_path / "map.json", old)
+    write_touches(tmp_path / "t.csv", sphere_touches(old.pretravel(n), n, radius=24.9987 / 2.0))
+    found = verify(tmp_path / "t.csv", old, 24.9987)
+    assert not found.changed
+    assert found.size_is_unseen is unseen
+    code = 3 if unseen else 0
+    told = run("verify", tmp_path / "t.csv", "--map", tmp_path / "map.json", "--diameter", 24.9987,
+               code=code)  # fmt: skip
+    assert ("BUT A CHANGE OF SIZE CANNOT BE SEEN" in " ".join(told.split())) is unseen
 
 
 def test_a_turn_of_a_map_without_lobes_needs_no_azimuths() -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pretravel.base.errors import PretravelError
+from pretravel.drawing.tasks.measure import Measure
 from pretravel.laboratory.tasks.rig import Rig
 from pretravel.task.example_data import example_folder
 from pretravel.tasks.qualify import Qualify
@@ -23,6 +25,13 @@ TYPED = Qualify(
     axial_pretravel_um="1.2",
     lobe_azimuth_deg=30,
 )
+
+
+def test_an_uncertainty_that_was_typed_in_mm_is_refused() -> None:
+    """1.5 µm as 0.0015: all parts conformed."""
+    with pytest.raises(PretravelError, match=r"u machine is 0\.0015 µm; .* 1\.5 µm typed in mm"):
+        Measure(points="points.csv", feature="bore", u_machine_um=0.0015)
+    assert Measure(points="points.csv", feature="bore", u_machine_um=0.0).u_machine_um == 0.0
 
 
 def test_the_reference_of_a_qualification() -> None:

@@ -199,10 +199,11 @@ def size_conformity(
     else:
         guard = band
     found = probability(value)
-    return Conformity(
-        name, value, u, lower, upper, guard, band, found, required, _verdict(found, required, u),
-        dof,
-    )  # fmt: skip
+    verdict = _verdict(found, required, u)
+    # Of a tolerance narrower than its bands no value inside is improbable because of the value.
+    if verdict is ConformityVerdict.DOES_NOT_CONFORM and lower - band < value < upper + band:
+        verdict = ConformityVerdict.UNDECIDED
+    return Conformity(name, value, u, lower, upper, guard, band, found, required, verdict, dof)
 
 
 def position_conformity(

@@ -66,7 +66,7 @@ def verification_document(
     keep = decision == "kept" and result.changed
     return Document(
         title=title,
-        verdict=f"{verdict} since the qualification{_UNSEEN if unseen else ''}: "
+        verdict=f"{verdict} since the qualification{_but_unseen(result)}: "
         f"{result.touches} touches in "
         f"{len(result.directions)} directions, false-alarm rate "
         f"{100.0 * result.false_alarm_rate:g} %",
@@ -102,21 +102,34 @@ def verification_judgement(result: Verification) -> Judgement:
         return Judgement("bad", "Changed")
     if result.unseen_turn is not None:
         return Judgement("caution", "Not decided: a turn would not be seen")
+    if result.size_is_unseen:
+        return Judgement("caution", "Not decided: a change of size would not be seen")
     return Judgement("good", "No change found")
 
 
 def _unseen_warnings(result: Verification) -> tuple[str, ...]:
-    if result.unseen_turn is None:
-        return ()
-    return (
-        (
+    found = []
+    if result.unseen_turn is not None:
+        found.append(
             f"{result.unseen_turn}. Touch the directions of pretravel plan-touches, or eight or "
             "more around the probe axis"
-        ),
-    )
+        )
+    if result.size_is_unseen:
+        limit = value_text(result.size.detectable / MICROMETRE, "µm")
+        found.append(
+            "in these directions a change of size looks like a shift of the reference: only one of "
+            f"{limit} would be detected. Did the program stop early? Touch the reference from the "
+            "pole to the equator"
+        )
+    return tuple(found)
 
 
-_UNSEEN = ", BUT A TURN OF THE PROBE CANNOT BE SEEN"
+def _but_unseen(result: Verification) -> str:
+    unseen = ["A TURN OF THE PROBE"] if result.unseen_turn is not None else []
+    unseen += ["A CHANGE OF SIZE"] if result.size_is_unseen else []
+    return f", BUT {' AND '.join(unseen)} CANNOT BE SEEN" if unseen else ""
+
+
 _LARGE_TURN = 10.0 * DEGREE
 """Beyond it the lobes of a map are no longer its slope times the turn."""
 _LIKELY = 0.5

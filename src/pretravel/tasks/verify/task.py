@@ -72,7 +72,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         Path | None,
         Field(
             help="Make a new map from these touches alone (.json); they must cover all directions. "
-            "With few touches, update the old map instead: pretravel qualify with --prior.",
+            "With few touches, update the old map instead (qualify with it as the prior).",
             writes=_COMPLETE_MAPS,
             in_run=True,
         ),
@@ -146,7 +146,8 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
                     touches_name=self.touches_name,
                     decision=self.decision,
                 )
-        unsure = result.changed or result.unseen_turn is not None
+        unseen = result.unseen_turn is not None or result.size_is_unseen
+        unsure = result.changed or unseen
         entries = () if self.history is None else tuple(read_history(self.history))
         return VerifiedProbe(self, readings, result, entries, ANSWER if unsure else 0)
 
