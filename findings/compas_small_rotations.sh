@@ -1,6 +1,7 @@
 #!/bin/sh
-# compas 2.15.1: axis and angle of a rotation (Frame.axis_angle_vector, Rotation.axis_and_angle; poses of UR robots) are 0 below 0.29° about x, y or z and below 0.50° about
-# (1, 1, 1), and 180° as near to that: differences of the matrix below 0.01 are zero. 0.49° are 0.86 mm at 100 mm. Quaternions and Euler angles of the same frame are right.
+# compas 2.15.1: axis and angle of a rotation (Frame.axis_angle_vector, Rotation.axis_and_angle; poses of UR robots) are 0 below 0.29° about x, y or z
+# and below 0.50° about (1, 1, 1), and 180° as near to that: differences of the matrix below 0.01 are zero. 0.49° are 0.86 mm at 100 mm. Quaternions and
+# Euler angles of the same frame are right.
 # Expected: the angle, as scipy has it.
 . "$(dirname "$0")/setup.sh"
 packages compas==2.15.1 numpy==2.4.6 scipy==1.17.1
