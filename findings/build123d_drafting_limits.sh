@@ -1,7 +1,7 @@
 #!/bin/sh
-# build123d-drafting-helpers 0.15.5 on build123d 0.13.0: Dimension(tolerance=(lower, upper)) draws the limits in the opposite order: 25 +0.2 −0.1 is on paper as
-# 25 +0.1 −0.2, while its label says +0.2 −0.1. build123d takes the upper one first. FeatureControlFrame without a Draft rounds to one digit: a position of 0.05
-# is drawn as 0.1, one of 0.04 as 0.0; with a Draft as made, 0.015 as 0.01.
+# build123d-drafting-helpers 0.15.5 on build123d 0.13.0: Dimension(tolerance=(lower, upper)) draws the limits in the opposite order: 25 +0.2 −0.1 is on
+# paper as 25 +0.1 −0.2, while its label says +0.2 −0.1. build123d takes the upper one first. FeatureControlFrame without a Draft rounds to one digit: a
+# position of 0.05 is drawn as 0.1, one of 0.04 as 0.0; with a Draft as made, 0.015 as 0.01.
 # Expected: +0.2 −0.1, and tolerances as they are.
 . "$(dirname "$0")/setup.sh"
 packages build123d-drafting-helpers==0.15.5 build123d==0.13.0 cadquery-ocp-novtk==8.0.1.1.0

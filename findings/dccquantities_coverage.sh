@@ -1,6 +1,7 @@
 #!/bin/sh
-# dccQuantities 2.2.0 (digital calibration certificates; 3.0.4 has the same lines): an uncertainty stated as uniform with k = 1.73 is taken as ±1 of the unit: 0.58 mm
-# for 1 µm/1.73; with 1.732 it is right. Three values with k = 2, 2.52 and 4.53 for one stated coverage of 0.95 all get k = 2: 0.5 µm for 0.5, 0.40 and 0.22 µm.
+# dccQuantities 2.2.0 (digital calibration certificates; 3.0.4 has the same lines): an uncertainty stated as uniform with k = 1.73 is taken as ±1 of the
+# unit: 0.58 mm for 1 µm/1.73; with 1.732 it is right. Three values with k = 2, 2.52 and 4.53 for one stated coverage of 0.95 all get k = 2: 0.5 µm for
+# 0.5, 0.40 and 0.22 µm.
 # Expected: U/k for each value. Needs Debian's packages mono-runtime and mono-devel. Newer packages fetch the schema when they are imported.
 . "$(dirname "$0")/setup.sh"
 command -v mono >/dev/null || { echo "needs mono: apt-get install mono-devel" >&2; exit 2; }

@@ -1,6 +1,6 @@
 #!/bin/sh
-# isofits 1.0: a shaft f6 of 120 to 180 mm has −43/−48 µm, for −43/−68: 5 µm wide for 25. A hole E7 of 315 to 400 mm is 60 µm wide for 57, K6 of 6 to 10 mm 8
-# for 9. All other fits of its table are as wide as H or h of the same grade; pressfit 0.1.0 has the same shafts, f6 as in ISO 286.
+# isofits 1.0: a shaft f6 of 120 to 180 mm has −43/−48 µm, for −43/−68: 5 µm wide for 25. A hole E7 of 315 to 400 mm is 60 µm wide for 57, K6 of 6 to 10
+# mm 8 for 9. All other fits of its table are as wide as H or h of the same grade; pressfit 0.1.0 has the same shafts, f6 as in ISO 286.
 # Expected: one width for all letters of a grade in a range of sizes (ISO 286-1).
 . "$(dirname "$0")/setup.sh"
 packages isofits==1.0 pressfit==0.1.0

@@ -1,6 +1,6 @@
 #!/bin/sh
-# numpy-stl 4.1.1: rotate(axis, angle) and rotate_using_matrix() turn a mesh clockwise, looking against the axis: (10, 0, 0) goes by 90° about z to (0, −10, 0).
-# transform() of the same library turns it counter-clockwise with the same matrix, also with the one that rotation_matrix(axis, angle) returns.
+# numpy-stl 4.1.1: rotate(axis, angle) and rotate_using_matrix() turn a mesh clockwise, looking against the axis: (10, 0, 0) goes by 90° about z to (0,
+# −10, 0). transform() of the same library turns it counter-clockwise with the same matrix, also with the one that rotation_matrix(axis, angle) returns.
 # Expected: (0, 10, 0), as the right hand has it.
 . "$(dirname "$0")/setup.sh"
 packages numpy-stl==4.1.1 numpy==2.4.6

@@ -175,6 +175,17 @@ def _axis_of(face: Face, mean: FloatArray) -> tuple[FloatArray, FloatArray, floa
     return found.point, found.direction, found.diameter
 
 
+def _without_rounding(low: list[float], high: list[float]) -> tuple[list[float], list[float]]:
+    """Both ends of ranges, with zero for what rounding left of it: a file in inches has -7e-15.
+
+    >>> _without_rounding([-7e-15, 1e-15, -0.5], [30.0, 2e-15, -1e-14])
+    ([0.0, 1e-15, -0.5], [30.0, 2e-15, 0.0])
+    """
+    ends = np.array([low, high], dtype=np.float64)
+    shown = np.where(np.abs(ends) < 1e-12 * (ends[1] - ends[0]), 0.0, ends)
+    return shown[0].tolist(), shown[1].tolist()
+
+
 def _faces_table(values: Mapping[str, list[Any]]) -> Table:
     angle = significant(4)
     radii = ["apex" if radius < _APEX else radius for radius in values["smallest_radius_mm"]]
@@ -188,8 +199,13 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
             *(Column.of(f"n{axis}", values[f"n{axis}"], "", signed_decimals(2)) for axis in "xyz"),
             Column.of("radius", radii, "mm", significant(3)),
             *(
-                Column.of(name.replace("_", " "), values[name], "", angle)
-                for name in ("u_from", "u_to", "v_from", "v_to")
+                Column.of(f"{axis} {end}", ends, "", angle)
+                for axis in "uv"
+                for end, ends in zip(
+                    ("from", "to"),
+                    _without_rounding(values[f"{axis}_from"], values[f"{axis}_to"]),
+                    strict=True,
+                )
             ),
         ),
         explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
