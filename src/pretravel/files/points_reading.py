@@ -174,7 +174,7 @@ def _beside_points(
 ) -> tuple[str, ...]:
     """What a table gives in addition to the columns of `write_points`: it is not read.
 
-    Without options it is no table of touches as well, and its columns are not judged as theirs.
+    Without options its columns are not judged as those of touches.
 
     Raises
     ------
