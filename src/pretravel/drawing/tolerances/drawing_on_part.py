@@ -161,7 +161,7 @@ def _other_than(row: DrawnFeature, part: Part, there: str) -> list[str]:
                 f"counts; {again}"
             )
     if row.axis is not None and nominal.direction is not None:
-        turned = np.linalg.norm(np.cross(nominal.direction, unit(np.array(row.axis))))
+        turned = float(np.linalg.norm(np.cross(nominal.direction, unit(np.array(row.axis)))))
         if turned > _SAME_AXIS:
             found.append(
                 f"its axis in the drawing is {np.arcsin(min(turned, 1.0)) / DEGREE:.2g}° from that "

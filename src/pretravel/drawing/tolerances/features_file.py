@@ -210,7 +210,8 @@ class DrawnRelation:
             raise PretravelError(
                 f"features have a distance or an angle between them, not a {self.quantity}"
             )
-        if isinstance(self.features, str) or len(self.features) != 2:
+        both: object = self.features
+        if not isinstance(both, tuple | list) or len(both) != 2:
             raise PretravelError(f"a {self.quantity} is between two features")
         if self.features[0] == self.features[1]:
             raise PretravelError(

@@ -103,7 +103,8 @@ class GeometricTolerance:
             raise PretravelError(
                 f"'{self.kind}' is not a tolerance here: {', '.join(TOLERANCE_KINDS)}"
             )
-        if isinstance(self.datums, str):
+        words: object = self.datums
+        if isinstance(words, str):
             raise PretravelError(f"datums are a tuple of their labels, not '{self.datums}'")
         checked(self.zone, "the tolerance", DISTANCE)
         if self.material not in ("", MAXIMUM, LEAST):
