@@ -90,7 +90,6 @@ def test_a_drawing_through_its_file(tmp_path: Path) -> None:
         (lambda: DrawnFeature("plane", "t*", targets=((3.0, 2.0, 0.0, -5.0),)), "cannot be neg"),
         (lambda: DrawnPattern("p", ("b1", "b1"), 0.1), "two features or more, each once"),
         (lambda: DrawnRelation(("b1", "b1"), "1..2"), "'b1' is given twice"),
-        (lambda: NotDecided("b1", "diameter", "no reason", "2..1"), "not two numbers"),
         (lambda: GeometricTolerance("position", 0.0, ("A",)), "which only a tolerance at maximum"),
         (lambda: FeatureTolerances((-2.0, -1.0)), "must be larger than zero"),
         (lambda: FeatureTolerances(cast("Any", 12.0)), "the lower and the upper, not 12.0"),

@@ -247,14 +247,12 @@ class NotDecided:
         if not self.limits:
             return math.nan, math.nan
         low, _, high = self.limits.removesuffix("°").partition("..")
-        wrong = f"the limits '{self.limits}' are not two numbers as 0..0.1"
         try:
-            ends = (float(low) if low else -math.inf), (float(high) if high else math.inf)
+            return (float(low) if low else -math.inf), (float(high) if high else math.inf)
         except ValueError:
-            raise PretravelError(wrong) from None
-        if not ends[0] <= ends[1]:
-            raise PretravelError(wrong)
-        return ends
+            raise PretravelError(
+                f"the limits '{self.limits}' are not two numbers as 0..0.1"
+            ) from None
 
 
 @dataclass(frozen=True)
