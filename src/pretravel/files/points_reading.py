@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -144,9 +144,10 @@ def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str,
     if options.units == "inch":
         raise file.error("the file is in mm, but inch was given", inputs=("units",))
     if file.ending == ".nc":
-        return _from_dataset(file), (), False
+        return *_from_dataset(file), False
     if file.ending == ".json":
-        return points_of_table(file, _json_table(file)), (), False
+        rows = _json_table(file)
+        return points_of_table(file, rows), _beside_points(file, rows, None), False
     if table is not None:
         return points_of_table(file, table), _beside_points(file, table, options), False
     if file.ending in _TABLES:
@@ -168,8 +169,12 @@ _OWN = {
 }
 
 
-def _beside_points(file: SourceFile, table: CsvTable, options: ReadingOptions) -> tuple[str, ...]:
+def _beside_points(
+    file: SourceFile, table: CsvTable, options: ReadingOptions | None
+) -> tuple[str, ...]:
     """What a table gives in addition to the columns of `write_points`: it is not read.
+
+    Without options its columns are not judged as those of touches.
 
     Raises
     ------
@@ -179,9 +184,10 @@ def _beside_points(file: SourceFile, table: CsvTable, options: ReadingOptions) -
     others = [name for name in table.columns if name not in _OWN and not name.startswith(SHARED)]
     if not others and b"#" not in file.content:
         return ()
-    found = read_touch_columns(file, options)
-    parts = found.table.columns.get("part", ())
-    if ALL not in options.series and (other := set(parts) - {*parts[:1]}):
+    found = None if options is None else read_touch_columns(file, options)
+    parts = (table if found is None else found.table).columns.get("part", ())
+    series = () if options is None else options.series
+    if ALL not in series and (other := set(parts) - {*parts[:1]}):
         row = min(map(parts.index, other))
         raise file.error(
             f"the points are of part {parts[0]} and of part {parts[row]}, and would be used as "
@@ -189,7 +195,8 @@ def _beside_points(file: SourceFile, table: CsvTable, options: ReadingOptions) -
             table.lines[row],
             inputs=("series",),
         )
-    return (*((f"not read: {', '.join(others)}",) if others else ()), *found.notes)
+    told = (f"not read: {', '.join(others)}",) if others else ()
+    return told if found is None else (*told, *found.notes)
 
 
 _TIPS_NAMED = 5
@@ -330,12 +337,15 @@ def _faces(file: SourceFile, table: CsvTable) -> IntArray | None:
     if not table.has("face"):
         return None
     numbers = table.numbers("face")[:, 0]
-    wrong = np.flatnonzero((numbers != np.round(numbers)) | (numbers < 1.0) | (numbers > 1e9))
-    if len(wrong):
-        raise file.error(
-            "the face is not a number of a face, 1 or more", table.lines[int(wrong[0])]
-        )
+    _refuse_no_face(file, numbers, table.lines)
     return numbers.astype(np.int64)
+
+
+def _refuse_no_face(file: SourceFile, numbers: FloatArray, lines: Sequence[int] = ()) -> None:
+    wrong = ~((numbers == np.round(numbers)) & (numbers >= 1.0) & (numbers <= 1e9))
+    if wrong.any():
+        line = lines[int(np.argmax(wrong))] if lines else None
+        raise file.error("the face is not a number of a face, 1 or more", line)
 
 
 def _cause(column: str) -> str:
@@ -380,12 +390,27 @@ def _json_table(file: SourceFile) -> CsvTable:
     return CsvTable(file.path, columns, tuple(range(1, len(rows) + 1)), 0)
 
 
-def _from_dataset(file: SourceFile) -> Points:
+_UNITS_OF_ARRAYS = {
+    **dict.fromkeys(
+        ("position", "pretravel", "standard_uncertainty", "deviation", "uncompensated", "shared"),
+        "mm",
+    ),
+    "covariance": "mm2",
+}
+_ARRAYS = {*_UNITS_OF_ARRAYS, "normal", "face", "cause", "label", "axis", "other_axis"}
+
+
+def _from_dataset(file: SourceFile) -> tuple[Points, tuple[str, ...]]:
     needed("h5netcdf", "tables")
     stored = read_dataset(file)
     data = stored.variables
     if not {"position", "normal", "covariance", "label"} <= set(data):
         raise file.error("this NetCDF file holds no compensated points (a map, perhaps)")
+    for name, unit in _UNITS_OF_ARRAYS.items():
+        stated = str(data[name].attrs.get("units", unit)) if name in data else unit
+        if stated != unit:
+            raise file.error(f"the array {name} must be in {unit}, and its units are '{stated}'")
+    unread = [name for name in data if name not in _ARRAYS]
     count = len(np.atleast_1d(data["label"].values))
 
     def values(name: str, *shape: int) -> FloatArray:
@@ -402,22 +427,28 @@ def _from_dataset(file: SourceFile) -> Points:
         normals = checked_unit(values("normal", 3), "normals of points")
     if np.any(np.einsum("ni,nij,nj->n", normals, covariance, normals) < 0.0):
         raise file.error("the variance of a point along its normal is negative")
-    pretravel = perhaps("pretravel")
-    return _checked(
-        file,
-        Points(
-            positions=positions,
-            normals=frozen(normals),
-            pretravel=np.full(count, np.nan) if pretravel is None else pretravel,
-            covariance=covariance,
-            deviation=perhaps("deviation"),
-            labels=tuple(str(label) for label in data["label"].values.tolist()),
-            shared=_shared_of(file, data, count),
-            uncompensated=perhaps("uncompensated", 3),
-            face=None if (face := perhaps("face")) is None else face.astype(np.int64),
-            map_used=_maps([str(stored.attrs.get(MAP_USED, ""))]),
-        ),
+    pretravel, face = perhaps("pretravel"), perhaps("face")
+    if face is not None:
+        _refuse_no_face(file, face)
+    points = Points(
+        positions=positions,
+        normals=frozen(normals),
+        pretravel=np.full(count, np.nan) if pretravel is None else pretravel,
+        covariance=covariance,
+        deviation=perhaps("deviation"),
+        labels=tuple(str(label) for label in data["label"].values.tolist()),
+        shared=_shared_of(file, data, count),
+        uncompensated=perhaps("uncompensated", 3),
+        face=None if face is None else face.astype(np.int64),
+        map_used=_maps([str(stored.attrs.get(MAP_USED, ""))]),
     )
+    u = perhaps("standard_uncertainty")
+    if u is not None and not np.allclose(u, points.standard_uncertainty, rtol=1e-6, atol=1e-12):
+        raise file.error(
+            "the standard_uncertainty of the points is not that of their covariance: one of them "
+            "was changed"
+        )
+    return _checked(file, points), (f"not read: {', '.join(unread)}",) if unread else ()
 
 
 def _array(

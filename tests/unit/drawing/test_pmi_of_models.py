@@ -107,6 +107,13 @@ def test_a_common_datum(bracket: Reader) -> None:
     assert found.drawn.drawing.feature[-1].geometric[0].datums == ("D-B",)
 
 
+@pytest.mark.parametrize("nominal", [-8.0, 0.0])
+def test_a_size_that_none_is_has_a_line_with_the_reason(bracket: Reader, nominal: float) -> None:
+    found = bracket(size(2200, 14, nominal) + plus_minus(2210, 2201, -0.01, 0.03))
+    (one,) = found.drawn.not_decided
+    assert one.reason == f"its nominal value is {nominal:g} mm, which no size is"
+
+
 @pytest.mark.parametrize(
     ("entities", "sign"),
     [

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.files.file_format import ReadingOptions
+from pretravel.files.netcdf import write_dataset
 from pretravel.files.points_reading import points_and_notes, read_points
-from pretravel.files.points_writing import write_points
+from pretravel.files.points_writing import points_dataset, write_points
 from pretravel.files.readings import ALL
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touches_csv import read_touches
@@ -141,6 +143,40 @@ def test_points_without_common_errors_say_so(points: Points, tmp_path: Path) -> 
 def test_what_is_refused(tmp_path: Path, text: str, name: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         _read(tmp_path, text, name)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        ("position", {"units": "m"}, "the array position must be in mm, and its units are 'm'"),
+        ("covariance", {"times": 4.0}, "is not that of their covariance"),
+        ("face", {"times": 1.5}, "not a number of a face"),
+    ],
+)
+def test_a_dataset_that_was_changed(
+    points: Points, tmp_path: Path, name: str, change: dict[str, Any], message: str
+) -> None:
+    path = tmp_path / "points.nc"
+    numbered = replace(points, face=np.ones(len(points), dtype=np.int64))
+    data = points_dataset(numbered)
+    data[name] = (data[name].dims, change.pop("times", 1.0) * data[name].values, change)
+    data["tip"] = ("point", np.ones(len(points)))
+    write_dataset(path, data)
+    with pytest.raises(InputError, match=message):
+        read_points(path)
+    write_dataset(path, data.assign({name: points_dataset(numbered)[name]}))
+    assert "not read: tip" in points_and_notes(path)[1]
+
+
+def test_keys_of_rows_that_are_not_read(tmp_path: Path) -> None:
+    row = '{"x_mm": 1, "y_mm": 2, "z_mm": 3, "nx": 0, "ny": 0, "nz": 1, "u_um": 1, "part": "%s"}'
+    path = tmp_path / "points.json"
+    path.write_text(f"[{row % 'A'}, {row % 'A'}]")
+    assert "not read: part" in points_and_notes(path)[1]
+    path.write_text(f"[{row % 'A'}, {row % 'B'}]")
+    with pytest.raises(InputError, match="the points are of part A and of part B"):
+        read_points(path)
 
 
 def test_coordinates_in_coarse_steps_are_named(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
@@ -208,6 +209,9 @@ def check_size(size: Size) -> None:
         raise NotStatedError(f"give the limits of {size.fit} by ISO 286 as tolerance")
     if size.lower is None and size.upper is None:
         raise NotStatedError("the text has no limits")
+    for what, value in (("nominal value", size.nominal), ("upper limit", size.upper)):
+        if value is not None and len(size.places) == 1 and not 0.0 < value < math.inf:
+            raise NotStatedError(f"its {what} is {value:g} mm, which no size is")
     other = [note for note in size.notes if any(word in note for word in _OTHER_SIZES)]
     if other:
         raise NotStatedError(f"a size as '{other[0]}' is not decided here")

@@ -121,6 +121,11 @@ class DrawnFeature:
 
     def _refuse_idle_keys(self) -> None:
         """Refuse what a feature of this kind, or with these tolerances, does not use."""
+        if self.tolerance is not None and not isinstance(self.tolerance, str):
+            raise PretravelError(
+                f"the tolerance of '{self.name}' is a text such as '11.95..12.05', not "
+                f"{self.tolerance!r:.40}"
+            )
         if self.nominal is not None:
             checked(self.nominal, f"the nominal size of '{self.name}'", STEP)
         if self.kind in _WITHOUT_SIZE and (self.nominal, self.tolerance) != (None, None):
@@ -205,6 +210,9 @@ class DrawnRelation:
             raise PretravelError(
                 f"features have a distance or an angle between them, not a {self.quantity}"
             )
+        both: object = self.features
+        if not isinstance(both, tuple | list) or len(both) != 2:
+            raise PretravelError(f"a {self.quantity} is between two features")
         if self.features[0] == self.features[1]:
             raise PretravelError(
                 f"a {self.quantity} is between two features; '{self.features[0]}' is given twice"
@@ -239,14 +247,12 @@ class NotDecided:
         if not self.limits:
             return math.nan, math.nan
         low, _, high = self.limits.removesuffix("°").partition("..")
-        wrong = f"the limits '{self.limits}' are not two numbers as 0..0.1"
         try:
-            ends = (float(low) if low else -math.inf), (float(high) if high else math.inf)
+            return (float(low) if low else -math.inf), (float(high) if high else math.inf)
         except ValueError:
-            raise PretravelError(wrong) from None
-        if not ends[0] <= ends[1]:
-            raise PretravelError(wrong)
-        return ends
+            raise PretravelError(
+                f"the limits '{self.limits}' are not two numbers as 0..0.1"
+            ) from None
 
 
 @dataclass(frozen=True)

@@ -12,16 +12,20 @@ from typing import Any
 import numpy as np
 
 from pretravel.base import InputError, PretravelError
+from pretravel.drawing.features.measured_feature import FORM_NAMES
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, DrawnRelation
 from pretravel.drawing.tolerances.tolerance_frame import (
     ANGULARITY,
     CONCENTRICITY,
+    CYLINDRICITY,
+    FLATNESS,
     LEAST,
     MAXIMUM,
     PARALLELISM,
     PERPENDICULARITY,
     POSITION,
     PROFILE,
+    ROUNDNESS,
     RUN_OUT,
     SYMMETRY,
     TOTAL_RUN_OUT,
@@ -33,6 +37,7 @@ QIF_ENDINGS, DMIS_ENDINGS = (".qif",), (".dmi", ".dmis", ".dmo")
 PLAN_ENDINGS = (*QIF_ENDINGS, *DMIS_ENDINGS)
 """Names of plans end so."""
 _MOST_NOTES = 12
+_FORMS = ("flatness", "roundness", "cylindricity", "straightness", "sphericity", "conicity")
 
 
 def read_plan_features(path: str | Path) -> tuple[Drawing, tuple[str, ...]]:
@@ -114,6 +119,13 @@ class _Plan:
             self.taken.append(f"datum {letter} is taken to be {called[0]}, by its name")
         return self.datums[letter]
 
+    def add_datum(self, letter: str | None, names: list[str]) -> None:
+        """Add a datum of one feature, or note that it has several."""
+        if letter and len(names) > 1:
+            self.notes.append(f"datum {letter} of several features: {', '.join(names)}")
+        elif letter and names:
+            self.datums[letter] = names[0]
+
     def allow(
         self,
         name: str,
@@ -125,14 +137,29 @@ class _Plan:
         """Add a tolerance, or note why it is left out."""
         feature = self.features[name]
         try:
-            if kind == "form":
-                feature.form = zone
+            if kind in _FORMS:
+                self._allow_form(feature, kind, zone)
             elif kind == POSITION and not datums:
+                _refuse_second(kind, feature.position, zone)
                 feature.position = zone
             else:
                 feature.geometric.append(GeometricTolerance(kind, zone, tuple(datums), material))
         except PretravelError as error:
             self.notes.append(f"{name}: {error}")
+
+    def _allow_form(self, feature: _Feature, kind: str, zone: float) -> None:
+        """The form of the whole feature, that of its sections, or a stricter one of its lines."""
+        own = FORM_NAMES.get(feature.kind, {"sphere": "sphericity", "cone": "conicity"}.get(
+            feature.kind, ""))  # fmt: skip
+        if kind == own:
+            _refuse_second(kind, feature.form, zone)
+            feature.form = zone
+        elif kind == ROUNDNESS and feature.kind in ("cylinder", "cone"):
+            feature.geometric.append(GeometricTolerance(ROUNDNESS, zone))
+        elif kind == "straightness" and own in (FLATNESS, CYLINDRICITY):
+            feature.geometric.append(GeometricTolerance(own, zone, instead_of="straightness"))
+        else:
+            raise PretravelError(f"the {kind} of a {feature.kind} is not read")
 
     def drawing(self) -> tuple[Drawing, tuple[str, ...]]:
         if not self.features:
@@ -150,6 +177,7 @@ class _Plan:
                 tolerance=None
                 if each.size is None
                 else f"{each.size[0]:.10g}..{each.size[1]:.10g}",
+                nominal=each.diameter,
                 position_tolerance=each.position,
                 form_tolerance=each.form,
                 geometric=tuple(each.geometric),
@@ -161,6 +189,12 @@ class _Plan:
                       for note in [*self.notes[:_MOST_NOTES], *more])  # fmt: skip
         taken = tuple(f"{self.file.path}: {each}" for each in self.taken)
         return Drawing(features, (), tuple(self.between)), (*taken, *notes)
+
+
+def _refuse_second(kind: str, known: object, value: object) -> None:
+    """Refuse a second tolerance of the same quantity, with other limits."""
+    if known not in (None, value):
+        raise PretravelError(f"a second {kind} with another tolerance is not read")
 
 
 def _select(name: str) -> str:
@@ -181,10 +215,12 @@ _TOLERANCE = re.compile(r"^T\s*\(([^)]+)\)\s*=\s*TOL\s*/\s*(.*)$", re.I)
 _DATUM = re.compile(r"^DATDEF\s*/\s*FA?\s*\(([^)]+)\)\s*,\s*DAT\s*\(([^)]+)\)", re.I)
 _OUTPUT = re.compile(r"^(?:OUTPUT|EVAL)\s*/\s*(.*)$", re.I)
 _NAMED = re.compile(r"^(FA|F|TA|T|DAT)\s*\(([^)]+)\)$", re.I)
+_MOVED = re.compile(r"^(?:D\s*\([^)]*\)\s*=\s*)?(?:TRANS|ROTATE|DATSET|BESTFIT|LOCATE)\s*/", re.I)
 _UNITS = re.compile(r"^UNITS\s*/\s*(\w+)", re.I)
 _DMIS_KINDS = {"CYLNDR": "cylinder", "CONE": "cone", "SPHERE": "sphere", "PLANE": "plane"}
 _DMIS_TOLERANCES = {
-    "FLAT": "form", "CIRLTY": "form", "CYLCTY": "form", "STRGHT": "form", "POS": POSITION,
+    "FLAT": FLATNESS, "CIRLTY": ROUNDNESS, "CYLCTY": CYLINDRICITY, "STRGHT": "straightness",
+    "POS": POSITION,
     "PARLEL": PARALLELISM, "PERP": PERPENDICULARITY, "ANGLR": ANGULARITY, "PROFS": PROFILE,
     "CONCEN": CONCENTRICITY, "SYM": SYMMETRY, "CRNOUT": RUN_OUT, "TRNOUT": TOTAL_RUN_OUT,
 }  # fmt: skip
@@ -194,22 +230,46 @@ def _read_dmis(file: SourceFile, plan: _Plan) -> None:
     scale: float | None = None
     tolerances: dict[str, tuple[list[str], int]] = {}
     outputs: list[list[str]] = []
+    moved: list[int] = []
     for number, statement in statements(file.lines("a DMIS file")):
         if found := _UNITS.match(statement):
-            scale = file.scale({"MM": "mm", "INCH": "inch"}.get(found[1].upper()), "the UNITS")
+            scale = _dmis_units(file, found[1].upper(), scale, number)
         elif found := _DEFINED.match(statement):
             if scale is None:
                 raise file.error("the file has no UNITS before its features", number)
             _dmis_feature(plan, found[1].strip(), _words(found[2]), (scale, number))
         elif found := _TOLERANCE.match(statement):
-            tolerances[found[1].strip()] = (_words(found[2]), number)
+            name, words = found[1].strip(), _words(found[2])
+            known = tolerances.setdefault(name, (words, number))
+            _refuse_twice(file, f"T({name})", known[0] == words, number)
         elif found := _DATUM.match(statement):
-            plan.datums[found[2].strip()] = found[1].strip()
+            letter, own = found[2].strip(), found[1].strip()
+            same = plan.datums.setdefault(letter, own) == own
+            _refuse_twice(file, f"DAT({letter})", same, number)
         elif found := _OUTPUT.match(statement):
             outputs.append(_words(found[1]))
+        elif plan.features and _MOVED.match(statement):
+            moved.append(number)
     if scale is None:
         raise file.error("this is not a DMIS plan: it has no UNITS")
+    if moved:
+        plan.taken.append(
+            f"line {moved[0]}: the coordinates change behind the first feature. All nominal places "
+            "are taken as those of one frame, that of the points"
+        )
     _dmis_outputs(plan, tolerances, outputs, scale)
+
+
+def _dmis_units(file: SourceFile, word: str, before: float | None, number: int) -> float:
+    scale = file.scale({"MM": "mm", "INCH": "inch"}.get(word), "the UNITS")
+    if before not in (None, scale):
+        raise file.error("the UNITS change: numbers before and after differ", number)
+    return scale
+
+
+def _refuse_twice(file: SourceFile, name: str, same: bool, number: int) -> None:
+    if not same:
+        raise file.error(f"{name} is defined twice", number)
 
 
 def _dmis_outputs(
@@ -232,6 +292,10 @@ def _dmis_outputs(
                 elif names[0] in plan.features:
                     own, number = tolerances[name]
                     _dmis_tolerance(plan, names[0], name, own, (scale, number))
+    plan.notes += [
+        f"T({name}), with which no feature is put out"
+        for name in tolerances if name not in {name for _, name in asked}
+    ]  # fmt: skip
 
 
 def _words(text: str) -> list[str]:
@@ -258,6 +322,8 @@ def _dmis_feature(plan: _Plan, name: str, words: list[str], where: tuple[float, 
         raise plan.file.error(f"F({name}) has {len(numbers)} numbers; x, y, z, i, j, k are needed",
                               number)  # fmt: skip
     at = tuple(scale * value for value in numbers[:3])
+    if name in plan.features:
+        raise plan.file.error(f"F({name}) is defined twice", number)
     own = _Feature(name, kind, at)  # type: ignore[arg-type]
     rest = numbers[3:]
     if kind != "sphere":
@@ -281,11 +347,14 @@ def _dmis_tolerance(
             if own.diameter is None:
                 raise PretravelError("the feature has no diameter")
             factor = 1.0 if shape == "DIAM" else 2.0
-            own.size = (own.diameter + factor * values[0], own.diameter + factor * values[1])
+            size = (own.diameter + factor * values[0], own.diameter + factor * values[1])
+            _refuse_second("size", own.size, size)
+            own.size = size
             return
         kind = _DMIS_TOLERANCES.get(shape)
         if kind is None or not values:
             raise PretravelError(f"{shape} is not read")
+        _refuse_other_words(words[1:], values, kind)
         zone = values[-1] if kind == ANGULARITY else values[0]
         if kind == PROFILE and len(values) > 1:
             zone = abs(values[1] - values[0])
@@ -313,16 +382,37 @@ def _dmis_tolerance(
         plan.notes.append(f"T({name}) of {feature}: {error}")
 
 
+def _refuse_other_words(words: list[str], values: list[float], kind: str) -> None:
+    """Refuse what changes the zone of a tolerance, and is not read."""
+    more = [
+        word for word in words
+        if not _NAMED.match(word) and not re.match(r"^[+-]?[\d.]", word)
+        and word.upper() not in _DMIS_WORDS
+    ]  # fmt: skip
+    if more:
+        raise PretravelError(f"{more[0]} is not read")
+    if len(values) > (2 if kind in (PROFILE, ANGULARITY) else 1):
+        raise PretravelError(f"the second number, {values[1]:g} mm, is not read")
+
+
+_DMIS_WORDS = ("", "MMC", "LMC", "RFS", "2D", "3D")
+
 # QIF
 
 _QIF_KINDS = {
     "Circle": "circle", "Cylinder": "cylinder", "Cone": "cone", "Sphere": "sphere",
     "Plane": "plane", "Torus": "torus",
 }  # fmt: skip
+_QIF_NOT_READ = re.compile(
+    "IntersectionPlane|OrientationPlane|ToPoint|OrientationOnly|MaximumTolerance|Elongated|"
+    "BoundaryZone|OuterDisposition|Projected|Tangent|FreeState|Statistical|UnitLength|UnitArea"
+)
+"""What changes the zone of a tolerance (QIF 3, CharacteristicTypes)."""
 _QIF_SIDES = {"INTERNAL": "bore", "EXTERNAL": "boss"}
 _QIF_TOLERANCES = {
-    "Flatness": "form", "Circularity": "form", "Cylindricity": "form", "Straightness": "form",
-    "Sphericity": "form", "Conicity": "form", "Position": POSITION,
+    "Flatness": FLATNESS, "Circularity": ROUNDNESS, "Cylindricity": CYLINDRICITY,
+    "Straightness": "straightness", "Sphericity": "sphericity", "Conicity": "conicity",
+    "Position": POSITION,
     "Perpendicularity": PERPENDICULARITY, "Parallelism": PARALLELISM, "Angularity": ANGULARITY,
     "SurfaceProfile": PROFILE, "Concentricity": CONCENTRICITY, "Coaxiality": "coaxiality",
     "Symmetry": SYMMETRY, "CircularRunout": RUN_OUT, "TotalRunout": TOTAL_RUN_OUT,
@@ -352,6 +442,8 @@ def _read_qif(file: SourceFile, plan: _Plan) -> None:
     for identity, item in (items or nominals).items():  # a drawing without a plan has no items
         nominal_id = text(item, "FeatureNominalId") or "" if items else identity
         name = text(item, "FeatureName") or text(item, "Name") or f"feature {identity}"
+        if name in plan.features:
+            raise file.error(f"two features are called '{name}'")
         _qif_feature(plan, name, item, nominals.get(nominal_id), (definitions, text, scale))
         names[identity] = name
         names.setdefault(nominal_id, name)
@@ -359,9 +451,7 @@ def _read_qif(file: SourceFile, plan: _Plan) -> None:
         ids = [each.text or "" for part in ("FeatureNominalIds", "FeatureItemIds")
                for each in datum.iterfind(path(part, "Id"))]  # fmt: skip
         known = [names[identity.strip()] for identity in ids if identity.strip() in names]
-        label = text(datum, "DatumLabel")
-        if label and known:
-            plan.datums[label] = known[0]
+        plan.add_datum(text(datum, "DatumLabel"), list(dict.fromkeys(known)))
     labels = {
         each.get("id", ""): text(each, "DatumLabel") or "" for each in children("DatumDefinitions")
     }
@@ -442,15 +532,19 @@ def _qif_tolerance(plan: _Plan, name: str, kind: ET.Element, known: tuple[Any, .
                 middle = 0.0
             if middle is None or np.isnan(ends).any():
                 raise PretravelError("its limits are not known")
-            own.size = (middle + factor * ends[0], middle + factor * ends[1])
+            size = (middle + factor * ends[0], middle + factor * ends[1])
+            _refuse_second("size", own.size, size)
+            own.size = size
             return
         meant = _QIF_TOLERANCES.get(word)
         zone = finite_number(text(kind, "ToleranceValue") or "")
         if meant is None or np.isnan(zone):
             raise PretravelError(f"{word} is not read")
-        for element in kind.iter():
-            if element.get("linearUnit") is not None:
-                raise PretravelError("its own unit is not read")
+        for child in kind:
+            if "CompositeSegment" in str(child.tag):
+                plan.notes.append(f"{word} of {name}: the lower segment of its frame is not read")
+            else:
+                _refuse_other_zone(child, own.kind)
         frame = frames.get(text(kind, "DatumReferenceFrameId") or "")
         material = {"MAXIMUM": MAXIMUM, "LEAST": LEAST}.get(
             text(kind, "MaterialCondition") or "", ""
@@ -461,6 +555,18 @@ def _qif_tolerance(plan: _Plan, name: str, kind: ET.Element, known: tuple[Any, .
         if isinstance(error, InputError):
             raise
         plan.notes.append(f"{word} of {name}: {error}")
+
+
+def _refuse_other_zone(part: ET.Element, kind: str) -> None:
+    """Refuse what changes the zone of a tolerance, and is not read."""
+    for element in part.iter():
+        if element.get("linearUnit") is not None:
+            raise PretravelError("its own unit is not read")
+        tag = str(element.tag).rpartition("}")[2]
+        off = (element.text or "").strip().lower() in ("false", "0")
+        flat = tag in ("NonDiametricalZone", "PlanarZone") and kind != "plane"
+        if (flat or _QIF_NOT_READ.search(tag)) and not off:
+            raise PretravelError(f"{tag} is not read")
 
 
 def _qif_datums(plan: _Plan, frame: ET.Element | None, known: tuple[Any, ...]) -> list[str]:

@@ -103,6 +103,9 @@ class GeometricTolerance:
             raise PretravelError(
                 f"'{self.kind}' is not a tolerance here: {', '.join(TOLERANCE_KINDS)}"
             )
+        words: object = self.datums
+        if isinstance(words, str):
+            raise PretravelError(f"datums are a tuple of their labels, not '{self.datums}'")
         checked(self.zone, "the tolerance", DISTANCE)
         if self.material not in ("", MAXIMUM, LEAST):
             raise PretravelError(f"the material condition is M or L, not '{self.material}'")

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from pretravel.base import DISTANCE, INCH, PROBABILITY, PretravelError, check_numbers
 from pretravel.drawing.features.conformity import (
     DEFAULT_PROBABILITY,
@@ -55,6 +57,11 @@ class FeatureTolerances:
                 inputs=("form_association",),
             )
         check_numbers(self, position=DISTANCE, form=DISTANCE, probability=PROBABILITY)
+        if self.size is not None and np.shape(self.size) != (2,):
+            raise PretravelError(
+                f"the limits of a size are two, the lower and the upper, not {self.size!r:.40}",
+                inputs=("size_tolerance",),
+            )
         if self.size is not None and self.size[1] <= 0.0:
             raise PretravelError(
                 f"the upper limit of the size is {self.size[1]:g} mm; it must be larger than zero",

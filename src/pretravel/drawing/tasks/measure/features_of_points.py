@@ -22,7 +22,9 @@ from pretravel.drawing.tolerances.tolerances import (
     inspect_feature,
     is_far_from_nominal,
 )
+from pretravel.files import first_few
 from pretravel.measurement import Points, named_feature, normals_of_feature
+from pretravel.touches import label_prefix
 
 if TYPE_CHECKING:
     from pretravel.drawing.tolerances.features_file import DrawnFeature
@@ -79,6 +81,20 @@ def nominals_of(
         if task.at is not None:
             stated |= {(label, axis): at for axis, at in zip("xyz", task.at, strict=True)}
     return stated
+
+
+def of_no_feature(points: Points, used: Sequence[Points]) -> list[str]:
+    """Which points no feature of a drawing has chosen."""
+    taken = {place.tobytes() for each in used for place in each.positions}
+    rest = [
+        label_prefix(label) or label
+        for label, place in zip(points.labels, points.positions, strict=True)
+        if place.tobytes() not in taken
+    ]
+    if not rest:
+        return []
+    names = first_few(dict.fromkeys(rest))
+    return [f"{len(rest)} of {len(points)} points are of no feature of the drawing: {names}"]
 
 
 def far_from_nominal(feature: MeasuredFeature, row: DrawnFeature) -> list[str]:

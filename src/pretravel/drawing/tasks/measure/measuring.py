@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pretravel.base import MICROMETRE
+from pretravel.base import MICROMETRE, PretravelError
 from pretravel.drawing.tasks.measure.task import Measure, MeasuredFeatures
 from pretravel.drawing.tolerances.features_file import Drawing
 from pretravel.measurement import Points
@@ -45,6 +45,16 @@ def measure_drawing(
     PretravelError
         A drawing that contradicts itself, or needs the part.
     """
+    for given, kind, advice in (
+        (points, Points, "apply makes them, and read_points reads their file"),
+        (drawing, Drawing, "read_drawing makes one of a file"),
+        (part, Part | None, "read_part makes one of a file"),
+    ):
+        if not isinstance(given, kind):
+            raise PretravelError(
+                f"expected {getattr(kind, '__name__', 'Part')}, not a {type(given).__name__}: "
+                f"{advice}"
+            )
     task = Measure(
         points=Path("points.csv"),
         drawing=Path("drawing.toml"),

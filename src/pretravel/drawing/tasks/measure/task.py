@@ -522,6 +522,7 @@ class Measure(LaboratoryReport):
             inspected,
             kinds_of,
             nominals_of,
+            of_no_feature,
             points_at_targets,
         )
         from pretravel.drawing.tasks.measure.missed import without_missed
@@ -533,12 +534,14 @@ class Measure(LaboratoryReport):
         drawn = DrawnFeatures(self, drawing, wanted.tasks, {}, {}, part)
         nominals: dict[tuple[str, str], float] = {}
         said: list[str] = []
+        used: list[Points] = []
         for row in drawing.feature:
             task = wanted.tasks[row.name]
             if row.faces:
                 mine = points_on_faces(points, row.faces)
             else:
                 (mine,) = points_of_features(points, task.select).values()
+            used.append(mine)
             if not len(mine):
                 drawn.reasons[row.name] = f"no touch is on {faces_words(row.faces)}"
                 continue
@@ -560,6 +563,7 @@ class Measure(LaboratoryReport):
             (", ".join(row.features), row.quantity): row.nominal
             for row in drawing.between if row.nominal is not None
         }  # fmt: skip
+        said += of_no_feature(points, used)
         if part is not None:
             said += differences_from_part(drawing, part, points)
         said += [
