@@ -23,7 +23,7 @@ _FORM = re.compile(r"[<>^=]?[+ -]?0?\d{0,2}(\.\d{1,2})?[defgs]?")
 _AROUND = np.arange(0.0, 360.0, 5.0) * DEGREE
 """Azimuths of the mean, and of the largest residual. [rad]"""
 _FINE_DEG = 1.0
-"""Step of the polar angles at which the interpolation between rows is judged. [degrees]"""
+"""Step of the polar angles at which the interpolation between rows is compared. [degrees]"""
 
 
 def heidenhain_template() -> str:
