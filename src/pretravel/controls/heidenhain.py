@@ -76,7 +76,7 @@ def heidenhain_table(
     text = heidenhain_template() if template is None else template
     profile = _profile(pretravel_map, azimuth, step_deg)
     conditions = conditions_statements(pretravel_map, TableSettings(feed=feed))
-    profile = replace(profile, conditions=". ".join(conditions))
+    profile = replace(profile, conditions="; ".join(conditions))
     check_radii(pretravel_map, profile.pretravel + travel)
     lines, has_rows = [], False
     for number, line in enumerate(text.splitlines(), start=1):
