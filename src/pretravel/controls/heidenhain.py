@@ -120,8 +120,12 @@ def _profile(pretravel_map: PretravelMap, azimuth: float | None, step_deg: float
     band = supported_band(pretravel_map)
     low, high = band.lowest / DEGREE, band.highest / DEGREE
     angles = np.arange(np.ceil(low / step_deg), np.floor(high / step_deg) + 1.0) * step_deg
-    between = np.arange(*angles[[0, -1]], _FINE_DEG) if len(angles) else angles
-    fine = np.union1d(angles, between)
+    if len(angles) == 0:
+        raise PretravelError(
+            f"the map holds from {low:.1f}° to {high:.1f}° from the probe axis, and a table with "
+            f"rows every {step_deg:g}° has none there"
+        )
+    fine = np.union1d(angles, np.arange(float(angles[0]), float(angles[-1]), _FINE_DEG))
     everywhere = _pretravel(pretravel_map, fine, _AROUND)
     if azimuth is None:
         values = everywhere.mean(axis=1)[np.searchsorted(fine, angles)]
