@@ -37,6 +37,10 @@ SECONDS_PER_MINUTE: Final = 60.0
 LARGEST_NUMBER: Final = 1e15
 """Larger numbers, in any unit, are no measured values; files that contain them are refused."""
 
+USUAL_DELAY: Final = 2e-3
+"""Standard uncertainty of a signal delay that was not determined: optical and radio transmission
+take up to some milliseconds. [s]"""
+
 
 @overload
 def delay_travel(feed: float, delay: float) -> float: ...

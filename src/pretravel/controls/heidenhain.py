@@ -23,7 +23,7 @@ _FORM = re.compile(r"[<>^=]?[+ -]?0?\d{0,2}(\.\d{1,2})?[defgs]?")
 _AROUND = np.arange(0.0, 360.0, 5.0) * DEGREE
 """Azimuths of the mean, and of the largest residual. [rad]"""
 _FINE_DEG = 1.0
-"""Step of the polar angles at which the interpolation between rows is judged. [degrees]"""
+"""Step of the polar angles at which the interpolation between rows is compared. [degrees]"""
 
 
 def heidenhain_template() -> str:
@@ -76,7 +76,7 @@ def heidenhain_table(
     text = heidenhain_template() if template is None else template
     profile = _profile(pretravel_map, azimuth, step_deg)
     conditions = conditions_statements(pretravel_map, TableSettings(feed=feed))
-    profile = replace(profile, conditions=". ".join(conditions))
+    profile = replace(profile, conditions="; ".join(conditions))
     check_radii(pretravel_map, profile.pretravel + travel)
     lines, has_rows = [], False
     for number, line in enumerate(text.splitlines(), start=1):
@@ -120,8 +120,12 @@ def _profile(pretravel_map: PretravelMap, azimuth: float | None, step_deg: float
     band = supported_band(pretravel_map)
     low, high = band.lowest / DEGREE, band.highest / DEGREE
     angles = np.arange(np.ceil(low / step_deg), np.floor(high / step_deg) + 1.0) * step_deg
-    between = np.arange(angles[0], angles[-1], _FINE_DEG) if len(angles) else angles
-    fine = np.union1d(angles, between)
+    if len(angles) == 0:
+        raise PretravelError(
+            f"the map holds from {low:.1f}° to {high:.1f}° from the probe axis, and a table with "
+            f"rows every {step_deg:g}° has none there"
+        )
+    fine = np.union1d(angles, np.arange(float(angles[0]), float(angles[-1]), _FINE_DEG))
     everywhere = _pretravel(pretravel_map, fine, _AROUND)
     if azimuth is None:
         values = everywhere.mean(axis=1)[np.searchsorted(fine, angles)]

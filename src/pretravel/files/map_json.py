@@ -44,6 +44,8 @@ from pretravel.maps import (
 from pretravel.uncertainty import Correlation, Covariance
 
 SCHEMA, MAP_VERSION = "pretravel map", 1
+TIPS_SCHEMA = "pretravel tips"
+"""Of a file with the maps of several tips."""
 LARGEST_MAP = 64_000_000
 """Largest size of a file; a map of a million directions has it. [bytes]"""
 _DEEPEST = 16
@@ -352,6 +354,11 @@ def _distinct(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
 
 def _checked(content: dict[str, Any]) -> dict[str, Any]:
     """The content, if it is that of a map of this version and was not changed."""
+    if content.get("schema") == TIPS_SCHEMA:
+        raise PretravelError(
+            "this file has the maps of several tips, and a map of one tip is needed: qualify the "
+            "touches of this tip alone, by its name"
+        )
     if content.get("schema") != SCHEMA:
         raise PretravelError(
             f"this is not a pretravel map (the key schema is not '{SCHEMA}'); "

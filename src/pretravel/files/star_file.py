@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from pretravel.base import FloatArray, InputError, PretravelError, frozen, parsed_json, write_text
-from pretravel.files.map_json import json_of_map, map_from_json
+from pretravel.files.map_json import TIPS_SCHEMA, json_of_map, map_from_json
 from pretravel.files.source_file import SourceFile, opened
 from pretravel.measurement import StarStylus, StarTip
 
-TIPS_SCHEMA = "pretravel tips"
 _VERSION = 1
 
 

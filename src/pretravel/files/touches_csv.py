@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import DEGREE, FloatArray, PretravelError, checked_unit
+from pretravel.base import DEGREE, FloatArray, InputError, PretravelError, checked_unit
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import FilePositions, FileReadings, ReadingOptions
 from pretravel.files.number_tables import columns_of_numbers
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 _POSITION = ("x_mm", "y_mm", "z_mm")
 _NORMAL = ("nx", "ny", "nz")
 _APPROACH = ("ax", "ay", "az")
+_ALONG_THE_NORMAL = math.cos(1.0 * DEGREE)
 _NOMINAL = ("nominal_x_mm", "nominal_y_mm", "nominal_z_mm")
 _DIRECTIONS = ReadingOptions(
     columns={f"{kind}{axis}": "none" for kind in ("", "nominal_") for axis in "xyz"}
@@ -223,7 +225,7 @@ def read_targets(
     source: Source,
     surface: Surface | Part | None = None,
     *,
-    approach: str = "normal",
+    approach: str | None = "normal",
     options: ReadingOptions | None = None,
 ) -> Targets:
     r"""Read targets of touches from a CSV or Parquet file.
@@ -239,7 +241,8 @@ def read_targets(
     surface : Surface or Part, optional
         A sphere, for files without points.
     approach : str
-        ``normal``: along -n; ``file``: the columns ax, ay, az.
+        ``normal``: along -n; ``file``: the columns ax, ay, az; None: along -n, if such columns do
+        not give oblique approaches.
     options : ReadingOptions, optional
         As for `read_touches`.
 
@@ -250,20 +253,38 @@ def read_targets(
     Raises
     ------
     InputError
-        As `read_touches`; an approach moves away from the surface.
+        As `read_touches`; an approach moves away from the surface; oblique approaches and None.
 
     >>> file = SourceFile("targets.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,5,0,0,1\n")
     >>> read_targets(file).points.tolist()
     [[0.0, 0.0, 5.0]]
     """
-    if approach not in ("normal", "file"):
+    if approach not in ("normal", "file", None):
         raise PretravelError(f"approach '{approach}' is not known; there are normal and file")
     file = opened(source)
     table = read_touch_columns(file, options).table
     table.require(*_NORMAL, what="targets")
     if approach == "file":
         table.require(*_APPROACH, what="targets with their own approaches")
+    if approach is None and table.has(*_APPROACH):
+        stated = _targets(file, table, surface, own_approaches=True)
+        _refuse_oblique(stated, table)
     return _targets(file, table, surface, own_approaches=approach == "file")
+
+
+def _refuse_oblique(targets: Targets, table: CsvTable) -> None:
+    """Refuse approaches of a file that nobody chose, where they matter."""
+    closing = -np.sum(np.asarray(targets.approaches) * targets.normals, axis=1)
+    row = int(np.argmin(closing))
+    if closing[row] < _ALONG_THE_NORMAL:
+        off = math.degrees(math.acos(float(np.clip(closing[row], -1.0, 1.0))))
+        raise InputError(
+            f"the approach (columns ax, ay, az) is {off:.1f}° off the normal: choose whether the "
+            "touches go as in the file (file) or against the normals (normal)",
+            path=table.path,
+            line=table.lines[row],
+            inputs=("approach",),
+        )
 
 
 def read_plan(source: Source, options: ReadingOptions | None = None) -> Targets:

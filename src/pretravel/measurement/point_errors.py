@@ -9,7 +9,15 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.base import U_OF_FRICTION, FloatArray, IntArray, checked, delay_travel, frozen
+from pretravel.base import (
+    U_OF_FRICTION,
+    USUAL_DELAY,
+    FloatArray,
+    IntArray,
+    checked,
+    delay_travel,
+    frozen,
+)
 from pretravel.maps import PretravelMap
 from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.points import FIXED_SCATTER, Points
@@ -279,9 +287,6 @@ class PointErrors:
         return shared | found
 
 
-USUAL_DELAY = 2e-3
-"""Standard uncertainty of a signal delay that was not determined: optical and radio transmission
-take up to some milliseconds. [s]"""
 _SAME_FEED = 0.01  # relative
 
 

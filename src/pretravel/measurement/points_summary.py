@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.base import DEGREE, MICROMETRE, USUAL_DELAY, FloatArray
 from pretravel.maps import Origin, PretravelMap, orientation_note, tip_note
 from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.gross_points import GrossPoint, gross_points, gross_points_sentence
-from pretravel.measurement.point_errors import USUAL_DELAY, PointErrors, budget_of_variances
+from pretravel.measurement.point_errors import PointErrors, budget_of_variances
 from pretravel.measurement.points import Points, joined_points
 from pretravel.measurement.rigid_movement import MovementSums
 from pretravel.measurement.scatter_on_part import ScatterOnPart

@@ -25,6 +25,8 @@ LONGEST = 1000.0
 """Largest length of a probe. [mm]"""
 STRONGEST = 100.0
 """Largest preload of a probe. [N]"""
+HEAVIEST = 2.0
+"""Largest moving mass of a probe. [kg]"""
 WIDEST = 1.0
 """Largest opening of a contact. [mm]"""
 
@@ -265,8 +267,16 @@ class Moving:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.mass) and self.mass >= 0.0):
             raise DescriptionError(f"the moving mass is {self.mass:g} kg; it cannot be negative")
-        if not math.isfinite(self.height):
-            raise DescriptionError("the moving mass's height is not a finite number")
+        if self.mass > HEAVIEST:
+            raise DescriptionError(
+                f"the moving mass is {self.mass:g} kg; the largest one of a probe is {HEAVIEST:g} "
+                "kg. Check the unit in the name of the key"
+            )
+        if not abs(self.height) <= LONGEST:
+            raise DescriptionError(
+                f"the moving mass's height is {self.height:g} mm; it must lie between "
+                f"-{LONGEST:g} and {LONGEST:g}"
+            )
 
 
 @dataclass(frozen=True)

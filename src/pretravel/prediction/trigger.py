@@ -112,7 +112,7 @@ def predict(
     directions: npt.ArrayLike,
     model: str | ComplianceModel = "analytic",
     *,
-    workpiece: Material | None = None,
+    workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
 ) -> Trigger:
     """Predict the state at the trigger in each direction.
@@ -124,7 +124,7 @@ def predict(
         Outward surface normals, probe frame, unit vectors.
     model : str or ComplianceModel
         ``analytic``, ``fem``, ``ren``, ``shen``, ``wozniak``; or an object of the user's.
-    workpiece : Material, optional
+    workpiece : Material or its name, optional
         Steel when not given.
     gravity : (3,) float, optional
         Unit direction of gravity, in the machine's frame. Weight is neglected
@@ -154,6 +154,12 @@ def predict(
     >>> float(trigger.force[0].round(3)), trigger.seat_names
     (0.75, ['A-left'])
     """
+    if not isinstance(probe, Probe):
+        raise PretravelError(
+            f"a described probe is needed, not a {type(probe).__name__}: load_probe('omp40-2')"
+        )
+    if isinstance(workpiece, str):
+        workpiece = probe.part_material(workpiece)
     chosen = compliance_model(model)
     d = checked_unit(directions, "directions")
     rubs_in_model = chosen.contains_friction(probe)

@@ -47,6 +47,7 @@ from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.map_warnings import (
     copy_warnings,
+    delay_warnings,
     height_warnings,
     inclined_ring_warnings,
     map_warnings,
@@ -383,6 +384,7 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
             *repeat_warnings(repeatability, repeated=ready.observation.repeats.dof > 0.0),
             *kind.warnings(fit, repeatability.deviation),
             *map_warnings(pretravel_map, ready.observation),
+            *delay_warnings(pretravel_map, ready.observation),
             *height_warnings(
                 math.sqrt(centered.center_covariance[-1, -1]), pretravel_map, ring=setup.ring
             ),

@@ -230,10 +230,15 @@ Polars: TypeAlias = Annotated[
     ),
 ]
 Approach: TypeAlias = Annotated[
-    Literal["normal", "file"],
+    Literal["normal", "file"] | None,
     Field(
-        help="Direction of approach: against the surface normal, or as the columns ax,ay,az in "
-        "the file of targets give it.",
+        help="Direction of approach: against the surface normal (the default), or as the columns "
+        "ax,ay,az in the file of targets give it. Where these are oblique, one must be chosen.",
+        words={
+            "": "Usual: against the normal",
+            "normal": "Against the normal",
+            "file": "As in the file",
+        },
     ),
 ]
 Units: TypeAlias = Literal["mm", "inch"]

@@ -136,6 +136,8 @@ def test_a_map_beside_a_block(tmp_path: Path) -> None:
         ((), "the diameter of the reference is not given"),
         (("--diameter", 25, "--unknown-size"), "diameter is not used with unknown size"),
         (("--diameter", 25, "--ring", "--pin"), "pin is not used with ring"),
+        (("--diameter", 25, "--ring", "--axial-pretravel", 5), "pretravel is not used with ring"),
+        (("--diameter", 25, "--axial-pretravel", 5), "an assumed pretravel along the axis is not"),
         (("--block", "1,2"), "one length, 50.8, or three"),
         (("--block", 50.8, "--diameter", 25), "diameter is not used with block"),
         (("--block", 50.8, "--kind", "mean"), "kind is not used with block"),

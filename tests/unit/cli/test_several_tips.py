@@ -84,6 +84,9 @@ def test_points_of_both_tips_are_those_of_one(folder: Path) -> None:
     ("words", "reason"),
     [
         (("--tip", "a=x"), "a tip is NAME=DIAMETER@X,Y,Z"),
+        # This was a traceback, and of two diameters of one tip the last one was taken.
+        (("--tip", "a=4..5"), "a tip is NAME=DIAMETER@X,Y,Z"),
+        ((*TIPS, "--tip", "a=5"), "the tip a is given twice"),
         (("--tip", "a=6"), "tip 'b'; there are a"),
         ((*TIPS, "--tip", "c=6"), "no touch was made with the tip c"),
         ((*TIPS, "--tip-diameter", 6), "--tip gives the diameter"),
@@ -107,6 +110,8 @@ def test_files_that_are_none(folder: Path) -> None:
     content["tips"][0]["center_mm"] = [1.0, 2.0, 3.0]
     broken.write_text(json.dumps(content), encoding="utf-8")
     assert "tip b" in run("compensate", touches, "--map", broken, "-o", folder / "x.csv", code=2)
+    one = run("export", folder / "star.json", "--to", "renishaw", "-o", folder / "x.nc", code=2)
+    assert "has the maps of several tips" in one
     none = run("compensate", folder / "one.csv", "--map", folder / "star.json",
                "-o", folder / "x.csv", code=2)  # fmt: skip
     assert "a column tip is needed" in none

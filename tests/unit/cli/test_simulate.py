@@ -119,6 +119,24 @@ class TestSimulate:
         assert not out.exists()
 
 
+def test_oblique_approaches_of_a_file_are_chosen_or_refused(tmp_path: Path) -> None:
+    """They were passed over; those along the normal need no word."""
+    targets, out = tmp_path / "t.csv", tmp_path / "touches.csv"
+    common = ("omp40-2", "--surface", "sphere:radius=12.5", "--targets", targets, "-o", out)
+    for row, words, ax in (
+        ("0.6,0,-0.8", (), None),
+        ("0.6,0,-0.8", ("--approach", "file"), 0.6),
+        ("0.6,0,-0.8", ("--approach", "normal"), 0.0),
+        ("0,0,-1", (), 0.0),
+    ):
+        targets.write_text(f"nx,ny,nz,ax,ay,az\n0,0,1,{row}\n")
+        said = run("simulate", *common, *words, code=2 if ax is None else 0)
+        if ax is None:
+            assert "line 2: the approach (columns ax, ay, az) is 36.9° off the normal" in said
+        else:
+            assert float(rows(out)[0]["ax"]) == ax
+
+
 def test_the_friction_of_the_tip_is_that_of_the_touch(tmp_path: Path) -> None:
     """mu of [tip], Wozniak's, and --friction are one quantity; two values are refused."""
     described = (EXAMPLES / "wozniak_tp2_probe.toml").read_text()

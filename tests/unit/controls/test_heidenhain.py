@@ -73,6 +73,9 @@ def test_steps(step: float | None, angles: int, monkeypatch: pytest.MonkeyPatch)
     given = {} if step is None else {"step_deg": step}
     found = heidenhain_table(mean_map(0.01), "{angle_deg:g}", **given).split()
     assert found == [f"{(step or 5.0) * i:g}" for i in range(angles)]
+    _holds(monkeypatch, 1.0, 4.0)
+    with pytest.raises(PretravelError, match=r"from 1\.0° to 4\.0° .* has none there"):
+        heidenhain_table(mean_map(0.01))
     for wrong in (0.0, -1.0, math.nan):
         with pytest.raises(PretravelError, match="it must be positive"):
             heidenhain_table(mean_map(0.01), step_deg=wrong)

@@ -48,6 +48,8 @@ def _edited(old: str, new: str) -> str:
         ('criterion = "first_contact"', 'criterion = "luck"', "known are"),
         ("threshold_N = 0.0", "threshold_N = -1.0", "cannot be negative"),
         ("mass_g = 25.0", "mass_g = -25.0", "cannot be negative"),
+        ("mass_g = 25.0", "mass_g = 25000.0", "mass is 25 kg; the largest one"),
+        ("height_mm = -15.0", "height_mm = -15000.0", "between -1000 and 1000"),
         ("[spring]", "[springs]", r"\[spring\]"),
         ("u_radius_um = 0.2", "u_radius_mm = 0.2", "has no u_radius_mm"),
         ("[tripod]", "[tripod", "not valid TOML"),

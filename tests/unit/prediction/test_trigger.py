@@ -282,3 +282,12 @@ class TestTrigger:
         assert some.directions == pytest.approx(N)
         assert some.model == "analytic"
         assert [part for *_, part in asked] == [material("aluminium"), default_workpiece()]
+
+
+def test_names_in_place_of_what_they_name() -> None:
+    """A material by its name; a probe by its name is refused. Both were attribute errors."""
+    probe, x = parse_probe(description_text("omp40-2")), [[1.0, 0.0, 0.0]]
+    named = predict(probe, x, workpiece="aluminium").pretravel
+    assert named == pytest.approx(predict(probe, x, workpiece=material("aluminium")).pretravel)
+    with pytest.raises(PretravelError, match="a described probe is needed, not a str"):
+        predict("omp40-2", x)  # type: ignore[arg-type]

@@ -575,7 +575,7 @@ def _numbers_at_limits(
             except DescriptionError as error:
                 sentences.append(
                     f"{name} reached the limit of what a description allows ({error}): its value "
-                    "and u are not valid"
+                    "and u are not valid, and the other quantities hold for this value alone"
                 )
     return sentences
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _PPM = 1e-6
 _USUAL_FORM = 1.0 * MICROMETRE
 """Of a block, where none is stated: parallel faces of a good 1-2-3 block."""
-_REFERENCE = re.compile(r"([^=:@/,]+)=([a-z]+)(?::([^:]+))?(?::([\d.]+))?")
+_REFERENCE = re.compile(r"([^=:@/,]+)=([a-z]+)(?::([^:]+))?(?::(\d++(?:\.\d*+)?|\.\d++))?")
 
 
 class Lengths(tuple[float, ...]):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TIP_ENDINGS = (".json", *PAGES)
 """Of the output of several tips."""
-_TIP = re.compile(r"([^=@,/]+)=([\d.]+)(?:@([-\d.,]+))?")
+_TIP = re.compile(r"([^=@,/]+)=(\d++(?:\.\d*+)?|\.\d++)(?:@([-\d.,]+))?")
 
 
 def _with_diameters(tips: object) -> bool:
@@ -101,8 +101,14 @@ class OfSeveralTips(Task):
         Raises
         ------
         PretravelError
-            Some are stated by their names alone, others with their diameters.
+            Some are stated by their names alone, others with their diameters; one is stated twice.
         """
+        names = [str(one).partition("=")[0] for one in self.tip]
+        if len(set(names)) < len(names):
+            again = next(name for name in names if names.count(name) > 1)
+            raise PretravelError(
+                f"the tip {again} is given twice; state each tip once", inputs=("tip",)
+            )
         named = [one for one in self.tip if one.is_name]
         if named and len(self.tip) > 1:
             raise PretravelError(

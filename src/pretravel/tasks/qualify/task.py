@@ -152,7 +152,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
             help="Assumed pretravel along the probe axis, in µm, which touches on a sphere do not "
             "determine; none: use the least-squares centre.",
             only=(kinds_where(lambda kind: kind.takes_axial_pretravel),),
-            without=("prior",),
+            without=("prior", "ring", "pin"),
             metavar="UM",
             label="Pretravel along the probe's axis, assumed",
             hint="For kind harmonic: touches on a sphere do not determine it",
@@ -326,6 +326,14 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         """Reference, tip and conventions."""
         from pretravel.maps import QualificationSetup
 
+        axial = self.axial_pretravel_um.millimetres
+        if axial is not None and self.tip_diameter is None and self.stated("axial_pretravel_um"):
+            raise PretravelError(
+                "without the tip's diameter the centre is that of the least-squares sphere, and an "
+                "assumed pretravel along the axis is not used: give the tip's diameter, or leave "
+                "it out",
+                inputs=("axial_pretravel", "tip_diameter"),
+            )
         diameter, u_diameter = self.reference_diameter(), self.u_diameter_um
         u = None if u_diameter is None else u_diameter * MICROMETRE
         if diameter is None:
@@ -342,7 +350,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
             u_diameter=u,
             u_temperature=self.u_temperature,
             sphere_form=self.sphere_form_um * MICROMETRE,
-            axial_pretravel=self.axial_pretravel_um.millimetres,
+            axial_pretravel=axial,
             axis=self.axis,
         )
 

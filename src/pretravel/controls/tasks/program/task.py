@@ -441,7 +441,7 @@ class ProgramPart(ProgramTask):
         ),
     ] = False
     leave_out: Annotated[bool, Field(help="Leave out targets that cannot be reached.")] = False
-    approach: Approach = "normal"
+    approach: Approach = None
 
     def run(self, progress: Progress = SILENT) -> PlannedProgram:
         """Plan the moves between the targets.

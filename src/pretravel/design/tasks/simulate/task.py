@@ -89,7 +89,7 @@ class Simulate(PlacedPart, Reported):
     ]
     output: Annotated[Path, output("Touches: .csv; or a page, .html or .pdf.", ".csv", *PAGES)]
     model: Annotated[ContactModel, InModes(without=(_A_MAP,))] = "analytic"
-    approach: Approach = "normal"
+    approach: Approach = None
     friction: Annotated[
         float | None,
         Field(
