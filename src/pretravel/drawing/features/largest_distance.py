@@ -67,7 +67,7 @@ def largest_distance(
     as less would be measured. The interval of a place holds the true
     distances that would be measured as here with no small probability (2.5 % on each side, or 5 %
     where it begins at zero), and from zero at least what errors alone give with 95 %; the largest
-    of several lies between the largest of their ends.
+    of several lies between the largest of their ends, of which the lower ones share the 2.5 %.
 
     >>> far = largest_distance(np.array([[0.03, 0.04]]), 1e-6 * np.eye(2), math.inf)
     >>> round(far.value, 4), round(far.u, 4)
@@ -90,7 +90,7 @@ def largest_distance(
     # A place that is shorter than the largest by more than the errors says nothing.
     spread = float(np.quantile(np.linalg.norm(errors, axis=2), 0.99))
     near = np.flatnonzero(length >= measured - 4.0 * spread)
-    own = [_one_place(located[g], errors[:, g]) for g in near]
+    own = [_one_place(located[g], errors[:, g], len(near)) for g in near]
     shape = np.zeros_like(located)
     for g, (value, *_) in zip(near, own, strict=True):
         shape[g] = located[g] * (value / max(float(length[g]), 1e-300))
@@ -103,8 +103,8 @@ def largest_distance(
     return LargestDistance(value, (low, high), max(value - low, high - value) / COVERAGE_FACTOR)
 
 
-def _one_place(located: FloatArray, errors: FloatArray) -> tuple[float, float, float]:
-    """Value and ends of twice the distance of one place, (m,), with drawn errors (t, m)."""
+def _one_place(located: FloatArray, errors: FloatArray, count: int) -> tuple[float, float, float]:
+    """Value and ends of twice the distance of one place of several, (m,), with errors (t, m)."""
     measured = 2.0 * float(np.linalg.norm(located))
     direction = located / max(measured, 1e-300)
 
@@ -114,7 +114,8 @@ def _one_place(located: FloatArray, errors: FloatArray) -> tuple[float, float, f
 
     noise = 2.0 * np.linalg.norm(errors, axis=1)
     outside = 1.0 - EXPANDED_COVERAGE
-    side, zero = 1.0 - 0.5 * outside, below(0.0)
+    # Of many places errors make one long by chance, so that each end is less probable (Bonferroni).
+    side, zero = 1.0 - 0.5 * outside / count, below(0.0)
     most = measured + 2.0 * float(np.quantile(noise, 1.0 - 0.1 * outside))
     digits = 1e-3 * float(np.median(noise))
     value = _crossing(below, 0.5, measured, digits) if zero > 0.5 else 0.0
