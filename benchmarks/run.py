@@ -119,7 +119,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print(f"{'':66s} {'pretravel':>8s} {'other':>8s} {'ratio':>6s}")
     found = run(options.only or list(BENCHMARKS), SMALL if options.small else FULL)
     if options.update or not (options.only or options.small or options.print):
-        where += " Rows without a goal are of earlier runs." if options.update else ""
+        where += (
+            f" Only {', '.join(options.only or [])}: other rows are older."
+            if options.update
+            else ""
+        )
         ratios_found, growths_found = ratio_table(found.rows), growth_table(found.growths)
         if options.update:
             ratios_found = updated(_read_table("benchmarks"), ratios_found)
