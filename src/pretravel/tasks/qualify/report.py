@@ -139,23 +139,29 @@ def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Secti
 
 def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
     """What of probe and reference was assumed: a usual value is no warning, and each reads it."""
-    axial, assumed, settings = result.setup.axial_pretravel, [], []
+    assumed = assumptions(result)
+    return (KeyFigure("assumed", " and ".join(assumed.values())),) if assumed else ()
+
+
+def assumptions(result: Qualification) -> dict[str, str]:
+    """What of probe and reference was assumed, by the option that states it.
+
+    Parameters
+    ----------
+    result : Qualification
+    """
+    axial, assumed = result.setup.axial_pretravel, {}
     usual = axial == AXIAL_PRETRAVEL
     if not result.setup.ring and usual and result.pretravel_map.kind == "harmonic":
-        assumed.append(
+        assumed["--axial-pretravel"] = (
             f"{AXIAL_PRETRAVEL / MICROMETRE:g} µm of pretravel along the probe's axis "
             "(its u is in u of the centre)"
         )
-        settings.append("--axial-pretravel")
     if result.setup.u_diameter is None:
-        assumed.append(
+        assumed["--u-diameter"] = (
             f"u of the {result.setup.reference}'s diameter = {USUAL_U_DIAMETER / MICROMETRE:g} µm"
         )
-        settings.append("--u-diameter")
-    if not assumed:
-        return ()
-    yours = f"; to give yours: {', '.join(settings)}"
-    return (KeyFigure("assumed", " and ".join(assumed) + yours),)
+    return assumed
 
 
 def _outlier_figures(result: Qualification) -> tuple[KeyFigure, ...]:

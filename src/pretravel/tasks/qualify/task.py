@@ -412,6 +412,18 @@ class QualifiedProbe(_MapResult):
         """The map of the probe."""
         return self.qualification.pretravel_map
 
+    def in_brief(self, report: Document) -> Document:
+        """With the options that state what was assumed."""
+        from pretravel.tasks.qualify.report import assumptions
+
+        brief = super().in_brief(report)
+        remark = f"to give yours: {' '.join(assumptions(self.qualification))}"
+        figures = (
+            replace(each, remark=remark) if each.name == "assumed" else each
+            for each in brief.figures
+        )
+        return replace(brief, figures=tuple(figures))
+
     def document(self) -> Document:
         """The report, with what the laboratory states."""
         from pretravel.task import with_laboratory
