@@ -267,8 +267,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            "there is no column spindle_deg: if the spindle has turned, points are wrong by up to "
-            f"{size * 1e3:.1f} µm, which U does not contain"
+            "there is no column spindle_deg: if the spindle has turned, U does not contain an "
+            f"error of up to {size * 1e3:.1f} µm"
         )
     if stated:
         who = "the touches give the orientation of the spindle, the map does not"

@@ -385,8 +385,7 @@ class TouchSummary:
             return ""
         return (
             "neither the map nor the touches have a feed (column feed_mm_min): if the feeds differ "
-            "by 100 mm/min, points are wrong by 3.3 µm (for a usual signal delay of 2 ms), which U "
-            "does not contain"
+            "by 100 mm/min, U does not contain an error of 3.3 µm (usual signal delay: 2 ms)"
         )
 
     def _friction_note(self) -> str:
