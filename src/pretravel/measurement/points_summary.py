@@ -385,7 +385,7 @@ class TouchSummary:
             return ""
         return (
             "neither the map nor the touches have a feed (column feed_mm_min): if the feeds differ "
-            "by 100 mm/min, U does not contain an error of 3.3 µm (usual signal delay: 2 ms)"
+            "by 100 mm/min, U does not contain an error of 3.3 µm (of a usual signal delay, 2 ms)"
         )
 
     def _friction_note(self) -> str:
