@@ -347,15 +347,14 @@ def _refuse_header(text: TextTable, excluded: Collection[str]) -> None:
     first = text.lines[0]
     for line in range(text.header_line or first, first):
         if str(line) in excluded:
+            names = line == text.header_line
+            what = "the header, which names the columns" if names else "a line below the header"
             raise text.file.error(
-                f"the line cannot be excluded: it is {_OF_HEADER[line == text.header_line]}. "
+                f"the line cannot be excluded: it is {what}. "
                 f"The first touch is on line {first}; a touch is excluded by its label or its line",
                 line,
                 inputs=("exclude",),
             )
-
-
-_OF_HEADER = {True: "the header, which names the columns", False: "a line below the header"}
 
 
 def _text_table(file: SourceFile, left_out: Collection[str]) -> TextTable:

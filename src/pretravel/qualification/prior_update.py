@@ -376,17 +376,12 @@ def _posterior(state: _State, observation: Observation, noise: Scatter, turn: fl
     possible = possible_drifts(state.prior.drift)
     order = np.arange(len(normals))
     courses = np.stack([drift_columns(normals, order, slows=slows) for slows in (False, True)])
-    parts = {
-        name: _after(
-            state.prior,
-            root,
-            design,
-            normals,
-            innovations,
-            touch + possible[name][1].reference ** 2 * np.mean(courses @ courses.mT, axis=0),
-        )
-        for name, root in state.roots.items()
-    }
+    moving = np.mean(courses @ courses.mT, axis=0)
+    parts = {}
+    for name, root in state.roots.items():
+        far = possible[name][1].reference
+        own = touch + far**2 * moving if far else touch
+        parts[name] = _after(state.prior, root, design, normals, innovations, own)
     logs = np.array([math.log(possible[name][0]) + part.evidence for name, part in parts.items()])
     shares = np.exp(logs - logs.max())
     evidence = float(logs.max() + np.log(shares.sum()))

@@ -466,12 +466,11 @@ class _Fit:
         )
         families = self._families(state.feet, rows)
         if outside:
-            face = state.feet.face[rows]
-            _, of_touch = np.unique(face, return_inverse=True)
-            means = np.bincount(of_touch, residuals) / np.bincount(of_touch)
-            about = replace(association, residuals=residuals - means[of_touch])
+            of_touch = np.unique(state.feet.face[rows], return_inverse=True)[1]
+            means = (np.bincount(of_touch, residuals) / np.bincount(of_touch))[of_touch]
+            about = replace(association, residuals=residuals - means)
             errors = feature_errors(on_part, about, families=families)
-            errors = errors_of_extreme(errors, association, stated=True, faces=face)
+            errors = errors_of_extreme(errors, association, -means, stated=True)
         else:
             errors = feature_errors(on_part, association, families=families)
         return Alignment(

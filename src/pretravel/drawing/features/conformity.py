@@ -199,10 +199,7 @@ def size_conformity(
     else:
         guard = band
     found = probability(value)
-    verdict = _verdict(found, required, u)
-    # Of a tolerance narrower than its bands no value inside is improbable because of the value.
-    if verdict is ConformityVerdict.DOES_NOT_CONFORM and lower - band < value < upper + band:
-        verdict = ConformityVerdict.UNDECIDED
+    verdict = _verdict(found, required, u, beyond=not lower - band < value < upper + band)
     return Conformity(name, value, u, lower, upper, guard, band, found, required, verdict, dof)
 
 
@@ -320,9 +317,7 @@ def zone_conformity(
     band = _rejection_band(lambda g: probability(limit + g), largest, required)
     # A zone that is narrow against u contains no place with much probability: this proves nothing.
     band = max(band, _quantile(dof, required) * u)
-    verdict = _verdict(found, required, u)
-    if verdict is ConformityVerdict.DOES_NOT_CONFORM and value < limit + band:
-        verdict = ConformityVerdict.UNDECIDED
+    verdict = _verdict(found, required, u, beyond=not value < limit + band)
     return Conformity(
         name, value, u, -math.inf, limit, guard, band, found, required, verdict, dof, bonus=bonus
     )
@@ -404,12 +399,17 @@ def _check(required: float, u: float, lower: float, upper: float) -> None:
     checked(u, "the uncertainty of the quantity", UNCERTAINTY)
 
 
-def _verdict(probability: float, required: float, u: float) -> ConformityVerdict:
+def _verdict(
+    probability: float, required: float, u: float, *, beyond: bool = True
+) -> ConformityVerdict:
+    """`beyond`: the value is outside by the rejection band. Of a tolerance that is narrower than
+    its bands a value inside is improbable, too, which says nothing of the value.
+    """
     if u == 0.0:  # nothing is known about the errors
         return ConformityVerdict.UNDECIDED
     if probability >= required:
         return ConformityVerdict.CONFORMS
-    if probability <= 1.0 - required:
+    if beyond and probability <= 1.0 - required:
         return ConformityVerdict.DOES_NOT_CONFORM
     return ConformityVerdict.UNDECIDED
 

@@ -194,7 +194,7 @@ def feature_errors(
 
 
 def errors_of_extreme(
-    errors: FeatureErrors, found: Association, *, stated: bool, faces: IntArray | None = None
+    errors: FeatureErrors, found: Association, moved: FloatArray | float, *, stated: bool
 ) -> FeatureErrors:
     """The errors of the same points as errors of an extreme feature.
 
@@ -209,24 +209,23 @@ def errors_of_extreme(
         Of the feature of least squares.
     found : Association
         The extreme feature through the same points.
+    moved : float or (n,) float
+        How far the surface at each point lies outside that of least squares, the mean of its face.
+        [mm]
     stated : bool
         Whether the points state their uncertainty. If not, their scatter about the feature of least
         squares stands for it, and any share between none and all is alike.
-    faces : (n,) int, optional
-        Number of the face of each point; all are on one when not given.
 
     Returns
     -------
     FeatureErrors
     """
-    gaussian, one_sided = errors.association, None
+    one_sided = None
     if found.criterion in _TO_ONE_SIDE:
-        noise = math.sqrt(max(_expected_squares(errors), 0.0) / max(gaussian.dof, 1))
+        dof = max(errors.association.dof, 1)
+        noise = math.sqrt(max(_expected_squares(errors), 0.0) / dof)
         share = errors.form.share_of_noise(noise) if stated else 1.0 / math.sqrt(3.0)
-        face = np.zeros(len(errors.own), dtype=np.intp) if faces is None else faces
-        of_point = np.unique(face, return_inverse=True)[1]
-        moved = np.bincount(of_point, gaussian.residuals - found.residuals) / np.bincount(of_point)
-        one_sided = share * moved[of_point]
+        one_sided = np.full(len(errors.own), share * moved)
     form = NO_FORM if stated else errors.form
     return replace(errors, association=found, form=form, one_sided=one_sided)
 

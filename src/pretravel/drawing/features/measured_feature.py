@@ -408,11 +408,11 @@ def measure_feature(
     side = _side(points, found, kind) if stated else ""
     families = families_of(kind, found)
     errors = feature_errors(points, found, u_machine=u_machine, families=families)
-    whole, form_by, zone = found.form, GAUSSIAN, None
-    of_least_squares = errors
+    of_least_squares, whole, form_by, zone = errors, found.form, GAUSSIAN, None
     if association != GAUSSIAN and kind != BARE_SURFACE:
         found = associate_by(association, kind, points.positions, axis=axis, at=at, side=side)
-        errors = errors_of_extreme(errors, found, stated=points.state_uncertainty)
+        moved = float(np.mean(errors.association.residuals - found.residuals))
+        errors = errors_of_extreme(errors, found, moved, stated=points.state_uncertainty)
         if association == MINIMUM_ZONE:
             form_by, zone = MINIMUM_ZONE, found
     form = form_result(of_least_squares, zone)
