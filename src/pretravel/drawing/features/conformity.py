@@ -402,8 +402,8 @@ def _check(required: float, u: float, lower: float, upper: float) -> None:
 def _verdict(
     probability: float, required: float, u: float, *, beyond: bool = True
 ) -> ConformityVerdict:
-    """`beyond`: the value is outside by the rejection band. Of a tolerance that is narrower than
-    its bands a value inside is improbable, too, which says nothing of the value.
+    """`beyond`: the value is outside by the rejection band. If a tolerance is narrower than its
+    bands, conformity is improbable for values inside, too: these are not decided.
     """
     if u == 0.0:  # nothing is known about the errors
         return ConformityVerdict.UNDECIDED
