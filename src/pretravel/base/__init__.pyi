@@ -102,6 +102,7 @@ from .units import MICROMETRE as MICROMETRE
 from .units import SECONDS_PER_MINUTE as SECONDS_PER_MINUTE
 from .units import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .units import USUAL_DELAY as USUAL_DELAY
+from .units import USUAL_FEED as USUAL_FEED
 from .units import delay_travel as delay_travel
 from .version import installed_version as installed_version
 from .whole_files import is_stream as is_stream

@@ -41,6 +41,9 @@ USUAL_DELAY: Final = 2e-3
 """Standard uncertainty of a signal delay that was not determined: optical and radio transmission
 take up to some milliseconds. [s]"""
 
+USUAL_FEED: Final = 100.0
+"""Of touches whose feed is not stated: slow touches have 30 to 300 mm/min. [mm/min]"""
+
 
 @overload
 def delay_travel(feed: float, delay: float) -> float: ...

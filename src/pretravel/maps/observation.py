@@ -63,9 +63,9 @@ class Observation:
         The reference is a ring gauge, touched inside.
     tip_known : bool
         Whether the tip's diameter was given; else `tip_radius` is the one that the touches imply.
-    u_reference_radius : float
-        Standard uncertainty of the radius: its error is a constant part of observed pretravel.
-        [mm]
+    u_constant : float
+        Standard uncertainty of a constant part of observed pretravel: error of the reference's
+        radius, travel during a signal delay that is not known. [mm]
     step_scatter : float
         Standard deviation of a direction by the step of the positions: neither repeats nor
         residuals make it smaller. [mm]
@@ -78,7 +78,7 @@ class Observation:
     tip_radius: float
     ring: bool
     tip_known: bool = True
-    u_reference_radius: float = 0.0
+    u_constant: float = 0.0
     step_scatter: float = 0.0
 
     @property

@@ -384,8 +384,9 @@ class TouchSummary:
         if stated or not _delay_is_unknown(pretravel_map):
             return ""
         return (
-            "neither the map nor the touches have a feed (column feed_mm_min): if the feeds differ "
-            "by 100 mm/min, U does not contain an error of 3.3 µm (of a usual signal delay, 2 ms)"
+            "neither the map nor the touches have a feed (column feed_mm_min): if sphere and part "
+            "were touched at feeds 100 mm/min apart, a usual signal delay of 2 ms causes an error "
+            "of 3.3 µm, which U does not contain"
         )
 
     def _friction_note(self) -> str:

@@ -45,7 +45,9 @@ _HYSTERESES = {0.4 * MICROMETRE: 0.25, 1.0 * MICROMETRE: 0.10, 3.0 * MICROMETRE:
 """Sizes of a hysteresis, with their shares of machines and probes; most have none."""
 _USUAL_HYSTERESIS = 0.4 * MICROMETRE
 _COMMON = sum(_HYSTERESES.values())
-_LIKELY = 0.5  # probability of a hysteresis from which people are warned
+_LIKELY = 0.8
+"""Probability of a hysteresis from which people are warned: u contains it below, too. Of 100 sets
+without hysteresis 4 have more, of sets with 0.5 µm half, with 1 µm 99."""
 _SURE = 0.95  # probability of a hysteresis from which it is subtracted
 _NOISE_FLOOR = 1e-5 * MICROMETRE
 _USUAL_NOISE = 0.5 * MICROMETRE

@@ -7,9 +7,7 @@ import numpy as np
 from pretravel.base import (
     DEGREE,
     MICROMETRE,
-    USUAL_DELAY,
     FloatArray,
-    delay_travel,
     describe,
     polar_angle,
 )
@@ -36,9 +34,6 @@ FEWEST_TO_SEE_LOBES = 8
 _IN_A_PLANE = 0.01
 """Share of the variance of heights that touches which follow a plane may leave; two heights that
 were chosen leave a fifth or more."""
-_LONG_TRAVEL = 5.0 * MICROMETRE
-"""Of a usual delay, above which a fit without it is wrong by more than its u: of simulated probes
-of 50 mm and 100 mm with 7 µm, (error/u)² was up to 26 in one of six."""
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
 
@@ -212,32 +207,6 @@ def inclined_ring_warnings(in_probe: FloatArray, setup: QualificationSetup) -> l
             f"{np.hypot(*slope) / DEGREE:.2f}°: if the ring lies so, its oval section makes the "
             f"diameter wrong by about {error / MICROMETRE:.1f} µm, which U does not contain. Align "
             "the ring, or give the probe's axis as that of the ring"
-        )
-    ]
-
-
-def delay_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[str]:
-    """Whether touches at one feed contain a travel that the fit takes for a shift and for bending.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-    observation : Observation
-        That it was fitted to.
-    """
-    feed = pretravel_map.feed
-    if observation.ring or not observation.tip_known or pretravel_map.delay is not None or not feed:
-        return []
-    travel = delay_travel(feed, USUAL_DELAY)
-    if travel <= _LONG_TRAVEL or pretravel_map.kind not in ("physical", "harmonic", "averaged"):
-        return []
-    return [
-        (
-            f"all touches have one feed, {feed:g} mm/min: a usual signal delay of "
-            f"{USUAL_DELAY * 1e3:g} ms adds {travel / MICROMETRE:.0f} µm in all directions, which "
-            "the fit takes for a shift of the centre along the probe axis, and partly for bending. "
-            "U contains neither: heights are off by about as much. Touch at two feeds, which "
-            "determine the delay, or at 50 mm/min"
         )
     ]
 

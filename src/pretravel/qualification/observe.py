@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pretravel.base import (
+    USUAL_DELAY,
+    USUAL_FEED,
     ConvergenceError,
     FloatArray,
     IntArray,
     PretravelError,
     connected,
+    delay_travel,
     near_pairs,
 )
 from pretravel.maps import Observation, QualificationSetup
@@ -50,7 +55,7 @@ def observe(touches: Touches, setup: QualificationSetup, rotation: FloatArray) -
     in_probe = touches.positions @ rotation
     fit = _least_squares(in_probe, setup, touches.source)
     refuse_contradictions(touches, in_probe, fit, setup)
-    observation = _about(fit, in_probe, groups, setup)
+    observation = _about(fit, in_probe, groups, setup, _u_constant(touches, setup))
     refuse_wrong_normals(touches, observation.directions @ rotation.T, setup.reference)
     return observation
 
@@ -61,7 +66,7 @@ def observed_again(
     """Touches of `observe`, corrected since then, about their new centre; not checked again."""
     in_probe = touches.positions @ rotation
     fit = _least_squares(in_probe, setup, touches.source)
-    return _about(fit, in_probe, before.groups, setup)
+    return _about(fit, in_probe, before.groups, setup, before.u_constant)
 
 
 def _least_squares(
@@ -77,8 +82,18 @@ def _least_squares(
         raise PretravelError(f"{begin}{error}") from None
 
 
+def _u_constant(touches: Touches, setup: QualificationSetup) -> float:
+    """Standard uncertainty of what all touches have in common: radius, travel in the delay. [mm]"""
+    feed = USUAL_FEED if touches.feeds is None else float(np.mean(touches.feeds))
+    return math.hypot(0.5 * setup.u_reference_diameter, delay_travel(feed, USUAL_DELAY))
+
+
 def _about(
-    fit: SphereFit, in_probe: FloatArray, groups: IntArray, setup: QualificationSetup
+    fit: SphereFit,
+    in_probe: FloatArray,
+    groups: IntArray,
+    setup: QualificationSetup,
+    u_constant: float,
 ) -> Observation:
     """Touches about the centre of their sphere or circle."""
     radius, tip = 0.5 * setup.diameter, setup.tip_diameter
@@ -90,7 +105,7 @@ def _about(
         tip_radius=abs(fit.radius - radius) if tip is None else 0.5 * tip,
         ring=setup.ring,
         tip_known=tip is not None,
-        u_reference_radius=0.5 * setup.u_reference_diameter,
+        u_constant=u_constant,
     )
 
 

@@ -47,7 +47,6 @@ from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.map_warnings import (
     copy_warnings,
-    delay_warnings,
     height_warnings,
     inclined_ring_warnings,
     map_warnings,
@@ -267,6 +266,7 @@ def prepare(
     if delay is not None:
         touches = touches.at_rest(delay.delay)
         whole = observed_again(touches, whole, setup, rotation)
+        whole = replace(whole, u_constant=0.5 * setup.u_reference_diameter)
     # What the machine added: the step of the latch, drift, hysteresis.
     _LOG.info("drift and hysteresis")
     touches, effects = without_machine(touches, whole, setup, rotation, latched=latched)
@@ -384,7 +384,6 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
             *repeat_warnings(repeatability, repeated=ready.observation.repeats.dof > 0.0),
             *kind.warnings(fit, repeatability.deviation),
             *map_warnings(pretravel_map, ready.observation),
-            *delay_warnings(pretravel_map, ready.observation),
             *height_warnings(
                 math.sqrt(centered.center_covariance[-1, -1]), pretravel_map, ring=setup.ring
             ),

@@ -38,8 +38,9 @@ from pretravel.six_seats.scale_weights import (
     LEAST_NOISE,
     WELL_KNOWN_NOISE,
     WeightedScales,
-    averaged_unknowns,
     coarse_scales,
+    correction_at,
+    covariance_over_scales,
     usual_scales,
     weighted_scales,
 )
@@ -415,17 +416,17 @@ def _concluded(
 ) -> PhysicalMapFit:
     """The fit as a map, with a covariance over all scales."""
     observation, axes, extra = problem.observation, problem.axes, problem.extra
-    change, covariance = averaged_unknowns(problem, x, weighted)
+    covariance = covariance_over_scales(problem, x, weighted)
     spread = problem.spread(weighted.mean("asymmetry"))
     learned = 1.0 - np.diag(covariance)[extra : problem.size] / spread**2
     rates = np.ones(len(covariance))
     rates[extra : problem.size] = problem.rates(x)
-    change, covariance = rates * change, covariance * np.outer(rates, rates)
-    # At the most probable scales the unknowns are those of the mode, x, and stay there. Slopes hold
-    # near x alone: the map is linear about it.
+    covariance *= np.outer(rates, rates)
+    # The unknowns stay where the search ended, and the correction is that of this probe: where the
+    # seat that lifts first changes, the linear model promises a change that no probe keeps.
     basis = SixSeatBasis(problem.parameters(x), observation.tip_radius, problem.terms)
     six_seats = np.eye(5 + len(PARAMETERS))[0]
-    coefficients = np.concatenate([six_seats, change[problem.size :]])
+    coefficients = np.concatenate([six_seats, correction_at(problem, x, weighted.scales[0])])
     moved = problem.moved(x)
     level = float(x[axes:extra].sum())
     places = moved.places

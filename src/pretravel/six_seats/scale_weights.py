@@ -132,10 +132,31 @@ def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) ->
     )
 
 
-def averaged_unknowns(
+def correction_at(problem: SixSeatProblem, x: FloatArray, scales: PriorScales) -> FloatArray:
+    """Coefficients of the correction of the probe with these unknowns.
+
+    Parameters
+    ----------
+    problem : SixSeatProblem
+    x : (u,) float
+    scales : PriorScales
+
+    Returns
+    -------
+    (k,) float
+        [mm]
+    """
+    misses, _ = problem.misses(x)
+    columns = np.column_stack([problem.harmonics, misses])
+    whitened = problem.covariance(scales).whitened(columns)
+    variances = problem.correction_variances(scales.correction)
+    return np.asarray(variances * (whitened[:, :-1].T @ whitened[:, -1]))
+
+
+def covariance_over_scales(
     problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales
-) -> tuple[FloatArray, FloatArray]:
-    """Unknowns and coefficients of the correction, with a covariance over all scales.
+) -> FloatArray:
+    """Covariance of the unknowns and of the coefficients of the correction over all scales.
 
     Parameters
     ----------
@@ -146,11 +167,8 @@ def averaged_unknowns(
 
     Returns
     -------
-    found : (u + k,) float
-        At the most probable scales: change of the unknowns from x, then the coefficients of the
-        correction. [mm and as they are]
-    covariance : (u + k, u + k) float
-        About these, of the mixture over the scales: it contains their differences.
+    (u + k, u + k) float
+        Of the mixture about its most probable scales: it contains the differences between them.
     """
     misses, slopes = problem.misses(x)
     to_touches = np.hstack([-slopes, problem.harmonics])
@@ -182,7 +200,7 @@ def averaged_unknowns(
         covariance[np.diag_indices_from(covariance)] += weights @ prior
     between = means - means[0]
     covariance += (between.T * weighted.weights) @ between
-    return np.asarray(means[0]), 0.5 * (covariance + covariance.T)
+    return np.asarray(0.5 * (covariance + covariance.T))
 
 
 def _fewer_rows(

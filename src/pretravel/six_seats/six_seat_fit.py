@@ -154,10 +154,10 @@ class SixSeatProblem:
     def correction_variances(self, correction: float) -> FloatArray:
         """Prior variances of the coefficients of the correction, (k,). [mm²]
 
-        The reference's radius is uncertain, and its error is a constant part of pretravel.
+        A constant part of observed pretravel is uncertain; see `Observation.u_constant`.
         """
         variances = correction**2 * self.correction_shares()
-        variances[0] += self.observation.u_reference_radius**2
+        variances[0] += self.observation.u_constant**2
         return np.asarray(variances)
 
     def correction_shares(self) -> FloatArray:

@@ -262,7 +262,8 @@ def test_the_noise_subtracted_is_that_of_the_range_it_names(
                "--verbose")  # fmt: skip
     (measured,) = re.findall(rf"^bore1\* +{name} .*?(0\.\d+)(?: +[-+]\d\S*)?$", told, re.MULTILINE)
     (taken,) = re.findall(
-        rf"noise subtracted (\S+) µm \(the whole {name}: the errors", " ".join(told.split())
+        rf"noise subtracted (\S+) µm \(which is the whole {name}: the errors",
+        " ".join(told.split()),
     )
     assert float(taken) == pytest.approx(1e3 * float(measured), abs=0.01)
 

@@ -39,7 +39,7 @@ def test_of_a_sphere() -> None:
     n = fibonacci_cap(9, 1.5)
     seen = _observed(np.full(9, 0.010), n)
     assert (seen.axes, seen.direction_count) == (3, 9)
-    assert (seen.tip_known, seen.u_reference_radius) == (True, 0.0)
+    assert (seen.tip_known, seen.u_constant) == (True, 0.0)
     assert seen.directions == pytest.approx(n, abs=1e-12)
     assert seen.values == pytest.approx(np.full(9, 0.010), abs=1e-12)
     assert seen.free_terms.tolist() == [[0, 0], [1, 1], [1, -1], [1, 0]]

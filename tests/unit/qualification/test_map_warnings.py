@@ -18,7 +18,6 @@ from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.map_warnings import (
     copy_warnings,
-    delay_warnings,
     height_warnings,
     inclined_ring_warnings,
     map_warnings,
@@ -169,25 +168,6 @@ def test_a_height_is_known_to_a_micrometre(u: float, ring: bool, pole: bool, sai
     found = height_warnings(u * UM, made, ring=ring)
     assert len(found) == said
     assert all(f"u = {u:.1f} µm only" in warning for warning in found)
-
-
-@pytest.mark.parametrize(
-    ("changes", "seen", "said"),
-    [
-        ({"feed": 149.0}, {}, 0),
-        ({"feed": 151.0}, {}, 1),
-        ({"feed": 0.0, "delay": 2e-3}, {}, 0),
-        ({}, {}, 0),
-        ({"feed": 500.0}, {"ring": True}, 0),
-        ({"feed": 500.0}, {"tip_known": False}, 0),
-    ],
-)
-def test_the_travel_of_an_unknown_delay(
-    changes: dict[str, float], seen: dict[str, bool], said: int
-) -> None:
-    """2 ms at 150 mm/min are 5 µm. At 500 mm/min the centre of simulated touches was 22 µm too low,
-    with u = 0.7 µm."""
-    assert len(delay_warnings(_map(**changes), _seen(**seen))) == said  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

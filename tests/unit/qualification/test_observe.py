@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from typing import Any
@@ -421,7 +422,11 @@ def test_what_is_observed_has_the_references_sizes() -> None:
     setup = replace(SETUP, u_diameter=4e-4)
     found = observe(_touches(), setup, np.eye(3))
     assert (found.reference_radius, found.tip_radius) == (12.5, 3.0)
-    assert found.u_reference_radius == 0.5 * setup.u_reference_diameter > 1.9e-4
+    # 100 mm/min for 2 ms are 3.33 µm, where no feed is stated; 30 mm/min 1 µm.
+    own = 0.5 * setup.u_reference_diameter
+    for feeds, travel in ((None, 1e-3 / 0.3), (np.full(25, 30.0), 1e-3)):
+        found = observe(replace(_touches(), feeds=feeds), setup, np.eye(3))
+        assert math.isclose(found.u_constant, math.hypot(own, travel))
     assert found.tip_known
     assert not found.ring
     assert not observe(_touches(), QualificationSetup(25.0), np.eye(3)).tip_known

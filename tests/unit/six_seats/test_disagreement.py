@@ -101,5 +101,4 @@ def test_is_stated_from_one_and_a_half_variances(case: str, beside: float, said:
     assert added == pytest.approx(np.diag(np.diag(added)), abs=1e-9 * square)
     assert np.all(added[:first] == 0.0)
     assert own_part.sum() == pytest.approx(square, rel=1e-6)
-    prior = problem.correction_variances(1.0)
-    assert own_part == pytest.approx(square * prior / prior.sum(), rel=1e-4)
+    assert own_part == pytest.approx(square * problem.correction_shares(), rel=1e-4)

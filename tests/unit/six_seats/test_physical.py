@@ -22,7 +22,7 @@ from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.qualification.qualifying import qualify
 from pretravel.six_seats import physical
 from pretravel.six_seats.physical import PhysicalKind, PhysicalMapFit, fit_physical
-from pretravel.six_seats.scale_weights import WeightedScales, averaged_unknowns
+from pretravel.six_seats.scale_weights import WeightedScales, correction_at, covariance_over_scales
 from pretravel.six_seats.six_seat_fit import PriorScales, SixSeatProblem, most_probable
 from pretravel.six_seats.six_seat_slopes import six_seat_pretravel
 from pretravel.six_seats.uneven_seats import PARAMETERS
@@ -151,20 +151,22 @@ def _fitted(case: str) -> PhysicalMapFit:
 
 def _averaged(case: str) -> tuple[SixSeatProblem, np.ndarray, np.ndarray]:
     problem, fit = SixSeatProblem(_observed(case)), _fitted(case)
-    return problem, *averaged_unknowns(problem, fit.unknowns, fit.scales)
+    x, scales = fit.unknowns, fit.scales
+    covariance = covariance_over_scales(problem, x, scales)
+    return problem, correction_at(problem, x, scales.scales[0]), covariance
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_map_is_that_of_the_unknowns(case: str) -> None:
     """The six-seat probe, the correction, and a shift that the centre has already."""
-    (problem, change, _), fit = _averaged(case), _fitted(case)
+    (problem, correction, _), fit = _averaged(case), _fitted(case)
     x = fit.unknowns
     axes = 2 if case == "ring" else 3
     level = float(x[3]) if case == "tip unknown" else 0.0
     assert fit.basis.values == pytest.approx(parameters_of(x))
     assert fit.basis.tip_radius == 3.0
     assert np.array_equal(fit.basis.terms, problem.terms)
-    expected = np.concatenate([[1.0], np.zeros(4 + 18), change[problem.size :]])
+    expected = np.concatenate([[1.0], np.zeros(4 + 18), correction])
     assert fit.coefficients == pytest.approx(expected, abs=1e-12)
     assert fit.shift == pytest.approx(-x[:axes])
     assert fit.tip_radius is None or fit.tip_radius == pytest.approx(3.0 + level)
@@ -181,7 +183,7 @@ def test_the_map_is_that_of_the_unknowns(case: str) -> None:
     n[:, :axes] = (-1.0 if case == "ring" else 1.0) * offset / distance[:, None]
     values = distance - 17.0 if case == "ring" else 15.5 + level - distance
     left = values - six_seat_pretravel(parameters_of(x), n)[0]
-    left -= real_spherical_harmonics(n, problem.terms) @ change[problem.size :]
+    left -= real_spherical_harmonics(n, problem.terms) @ correction
     # The response smooths Hertz's law below a micronewton, by less than 0.01 nm.
     assert fit.residuals == pytest.approx(left, abs=1e-10)
     # The mean is that of the least-squares sphere or circle about the first centre.
@@ -261,7 +263,7 @@ def test_a_misfit_is_the_probability_of_larger_residuals(case: str) -> None:
     best, _ = most_probable(problem, alone, fit.unknowns)
     misses, slopes = problem.misses(best)
     scatter = np.diag((0.15 * UM) ** 2 / problem.count)
-    common = problem.observation.u_reference_radius**2 + np.zeros_like(scatter)
+    common = problem.observation.u_constant**2 + np.zeros_like(scatter)
     root = np.linalg.inv(np.linalg.cholesky(scatter + common))
     priors = np.hstack([np.zeros((18, problem.extra)), np.diag(1.0 / problem.spread(asymmetry))])
     basis = np.linalg.qr(np.vstack([root @ slopes, priors]))[0]

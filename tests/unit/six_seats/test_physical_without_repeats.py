@@ -163,15 +163,18 @@ class TestScatter:
         best, _ = most_probable(problem, found.scales.scales[0], found.unknowns)
         predicted, _ = problem.misses(best)
         stated, _ = problem.misses(found.unknowns)
-        # Far below what the noise leaves uncertain: 1 nm.
-        assert np.abs(predicted - stated).max() < 1e-6
+        # Far below what the noise leaves uncertain, also where the seat that lifts first changes:
+        # there a search stops for lack of a slope.
+        assert np.abs(predicted - stated).max() < 0.02 * noise
         scales = found.scales.scales[0]
         again = fit_physical(_observed(noise), Scatter(0.0, 0.0), found.unknowns, scales)
         assert again.scales.scales[0] == found.scales.scales[0]
-        # Without the correction, in which the map has its share of other modes.
-        alone = np.eye(found.basis.size)[0]
-        apart = found.basis.value(BETWEEN, alone) - again.basis.value(BETWEEN, alone)
-        assert np.abs(apart).max() < 1e-6
+        # Of one centre, far below the uncertainty: an unknown delay leaves level and height free.
+        apart = found.basis.value(BETWEEN, found.coefficients)
+        apart -= again.basis.value(BETWEEN, again.coefficients)
+        apart -= BETWEEN @ np.linalg.lstsq(BETWEEN, apart, rcond=None)[0]
+        u = np.sqrt(found.covariance.variance_of(found.basis.design(BETWEEN)).mean())
+        assert np.abs(apart).max() < 0.3 * u
 
 
 def test_modes_are_averaged_by_their_evidence() -> None:

@@ -20,7 +20,8 @@ from pretravel.six_seats.scale_weights import (
     _log_prior,
     _noises,
     _own_scatters,
-    averaged_unknowns,
+    correction_at,
+    covariance_over_scales,
     log_likelihoods,
     weighted_scales,
 )
@@ -40,7 +41,7 @@ def _problem(directions: int, tip_known: bool) -> SixSeatProblem:
     values = 0.010 + 0.001 * n[:, 0] * n[:, 1] + 0.0003 * np.cos(2.3 * np.arange(len(groups)))
     return SixSeatProblem(
         Observation(n * (15.0 - values)[:, None], groups, np.zeros(3), 12.5, 2.5, ring=False,
-                    tip_known=tip_known, u_reference_radius=2e-4)
+                    tip_known=tip_known, u_constant=2e-4)
     )  # fmt: skip
 
 
@@ -180,8 +181,7 @@ def test_unknowns_are_those_of_a_regression_over_all_scales(
         change = inverse @ (rows.T @ ((misses - columns @ before) / own))
         means.append(before + size * change)
         covariances.append(size[:, None] * inverse * size)
-    found, covariance = averaged_unknowns(problem, x, WeightedScales(scales, weights, 0.0))
-    assert found == pytest.approx(means[0], abs=1e-6 * np.abs(means[0]).max())
+    covariance = covariance_over_scales(problem, x, WeightedScales(scales, weights, 0.0))
     expected = sum(
         weight * (own + np.outer(mean - means[0], mean - means[0]))
         for weight, own, mean in zip(weights, covariances, means, strict=True)
@@ -191,6 +191,19 @@ def test_unknowns_are_those_of_a_regression_over_all_scales(
         expected / np.outer(root, root), abs=1e-4
     )
     assert np.array_equal(covariance, covariance.T)
+
+
+@pytest.mark.parametrize("directions", [11, 120])
+def test_correction_is_that_of_a_regression_on_what_the_probe_leaves(directions: int) -> None:
+    """Normal equations with the prior as further rows. The unknowns stay where they are."""
+    problem, each = _problem(directions, tip_known=True), PriorScales(0.3, 4e-4, 1e-4, 3e-4)
+    x = _place(problem)
+    size = np.sqrt(problem.correction_variances(each.correction))
+    own = np.sqrt(_own(problem, each))
+    rows = problem.harmonics * size / own[:, None]
+    left = problem.misses(x)[0] / own
+    expected = size * np.linalg.solve(rows.T @ rows + np.eye(len(size)), rows.T @ left)
+    assert correction_at(problem, x, each) == pytest.approx(expected, rel=1e-6, abs=1e-12)
 
 
 @pytest.mark.parametrize("counts", [(3,), (2, 3, 5)])

@@ -41,12 +41,12 @@ def _observation(case: str) -> Observation:
         azimuth = 0.1 + np.arange(13) * 0.47
         outward = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=1)[groups]
         positions = center + outward * (20.0 - 2.5 + values)[:, None]
-        return Observation(positions, groups, center, 20.0, 2.5, ring=True, u_reference_radius=3e-4)
+        return Observation(positions, groups, center, 20.0, 2.5, ring=True, u_constant=3e-4)
     n = fibonacci_cap(13, math.radians(95.0))[groups]
     positions = center + n * (12.5 + 2.5 - values)[:, None]
     return Observation(
         positions, groups, center, 12.5, 2.5, ring=False, tip_known=case == "sphere",
-        u_reference_radius=3e-4,
+        u_constant=3e-4,
     )  # fmt: skip
 
 

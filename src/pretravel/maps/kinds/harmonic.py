@@ -172,7 +172,7 @@ def _with_pretravel_at_pole(
         center=center - axial * _ALONG,
         center_covariance=shift_of @ covariance @ shift_of.T
         + fit.posterior.amplitudes.first_harmonic_variance * np.diag([1.0, 1.0, 0.0])
-        + U_AXIAL_PRETRAVEL**2 * np.outer(_ALONG, _ALONG),
+        + (U_AXIAL_PRETRAVEL**2 + fit.observation.u_constant**2) * np.outer(_ALONG, _ALONG),
         coefficients=coefficients,
         covariance=fit.covariance,
         gauge=_gauge(fit, axial_pretravel, u_pole, touched=touched),

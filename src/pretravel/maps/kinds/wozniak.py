@@ -318,5 +318,5 @@ def _shift_by_shape(observation: Observation) -> FloatArray:
     """Covariance of the centre by what this one shape leaves of a probe's. [mm²]"""
     found = usual_shift_covariance(observation, _LEFT)
     if not observation.ring:  # no pretravel along the axis, where probes have a little
-        found[2, 2] += AXIAL_PRETRAVEL**2 + U_AXIAL_PRETRAVEL**2
+        found[2, 2] += AXIAL_PRETRAVEL**2 + U_AXIAL_PRETRAVEL**2 + observation.u_constant**2
     return found

@@ -193,8 +193,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
             "on more days"
         )
     return (
-        f"{after}no drift is detected; a drift too small to be detected in these days could reach "
-        f"{limit} {on} at the earliest (95 %{_sooner(drift)})"
+        f"{after}no drift is detected; one too small to be detected would reach {limit} {on} at "
+        f"the earliest (95 %{_sooner(drift)})"
     )
 
 
@@ -229,7 +229,7 @@ def _sooner(drift: DriftOverTime) -> str:
     """The earliest date if a quantity walks at random, where that is another day."""
     _, early = drift.first_due(early=True)
     walking = _date(drift.moment(drift.earliest_if_walking))
-    return "" if walking == _date(drift.moment(early)) else f"; {walking} for a random walk"
+    return "" if walking == _date(drift.moment(early)) else f"; {walking} if it moves at random"
 
 
 def _movement(one: QuantityCourse) -> str:

@@ -119,8 +119,8 @@ def _method(result: Qualification) -> str:
     """What was done, in sentences for a certificate."""
     made = result.pretravel_map.provenance
     return (
-        f"The probe was {made.source} ({made.touches}). The pretravel of a touch is the distance "
-        "of the machine's position at the trigger from that of a probe without pretravel. Centre, "
+        f"The probe was {made.source} ({made.touches}). The pretravel of a touch is how far "
+        "the machine has moved between the first contact and the trigger. Centre, "
         f"effective radius and a map of kind {result.pretravel_map.kind} were fitted to them; the "
         "scatter of repeats and residuals, the reference and its temperature are in the "
         "uncertainty. The U of a point on a part contains the errors of a single touch and of the "

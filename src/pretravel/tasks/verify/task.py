@@ -71,7 +71,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     accept: Annotated[
         Path | None,
         Field(
-            help="Make a new map from these touches alone (.json); they must cover all directions. "
+            help="Make a new map from these touches alone (.json); 25 directions or more are good. "
             "With few touches, update the old map instead (qualify with it as the prior).",
             writes=_COMPLETE_MAPS,
             in_run=True,

@@ -303,8 +303,8 @@ class ProgramAxis(ProgramTask):
     sense: Annotated[
         Literal["against", "with"],
         Field(
-            help="Sense in which the sphere turns when the angle increases: against (as on a "
-            "table) or with the right-hand rule about the machine's axis.",
+            help="Whether the sphere turns against (as on a table) or with the right-hand rule "
+            "about the machine's axis when the angle increases.",
         ),
     ] = "against"
     turning_feed: Annotated[
@@ -404,7 +404,7 @@ def _check_tip(machine: Machine, diameter: float) -> None:
 
 
 class ProgramPart(ProgramTask):
-    """Touch the targets of a plan; moves are checked against the faces of a part that is given."""
+    """Touch the targets of a plan. Moves are checked against the faces of the part, if given."""
 
     name = "program part"
     example = "pretravel program part mill.toml plan.csv --surface part.step -o part.ngc"

@@ -199,7 +199,7 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
             *(Column.of(f"n{axis}", values[f"n{axis}"], "", signed_decimals(2)) for axis in "xyz"),
             Column.of("radius", radii, "mm", significant(3)),
             *(
-                Column.of(f"{axis} {end}", ends, "", angle)
+                Column.of(f"surface {axis} {end}", ends, "", angle)
                 for axis in "uv"
                 for end, ends in zip(
                     ("from", "to"),
@@ -211,5 +211,5 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
         explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
         "x, y, z: a point on the face, far from its edges; nx, ny, nz: "
         "the normal there; radius: the smallest anywhere on the face, empty where it is flat; "
-        "u, v: the range of the surface's parameters (u is not an uncertainty here).",
+        "surface u, v: the range of the surface's parameters.",
     )

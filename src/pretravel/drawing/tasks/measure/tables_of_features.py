@@ -52,8 +52,8 @@ _COMMON = (
 )
 _CORRECTED = (
     "A distance near zero (position, coaxiality, orientation of an axis) is corrected for noise. "
-    "The table shows the corrected value, and the decision uses the uncorrected one; the bands are "
-    "those of a value at the limit. "
+    "The table shows the corrected value, and the decision uses the uncorrected one; the guard and "
+    "rejection bands are those of a value exactly at the limit. "
 )
 _EXPLAINED = (
     "Value 0: the errors of the points alone can explain the measured value; 'at most' in the "
@@ -314,7 +314,7 @@ def budget_section(inspected: InspectedFeature) -> Section:
                       remark="mean range of points on a perfect surface, from their errors"),
             KeyFigure("noise subtracted", (form.measured - form.value) / MICROMETRE, "µm",
                       remark=f"from the {measured}, for the errors of the points" if form.value
-                      else f"the whole {measured}: the errors of the points explain it"),
+                      else f"which is the whole {measured}: the errors of the points explain it"),
         ),
         tables=(table,),
         detail=True,
