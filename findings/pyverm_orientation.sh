@@ -1,5 +1,5 @@
 #!/bin/sh
-# pyverm 0.3.0 (surveying: stations of total stations and laser trackers): station_abriss and station_helmert take the plain mean of azimuth minus reading of the
+# pyverm 0.3.0 (surveying: total stations, laser trackers): station_abriss and station_helmert take the plain mean of azimuth minus reading of the
 # targets, without their full turns. Four targets around the station, exact readings: where the true orientation is 100 gon the station has 0, for
 # 350 gon 50, a right angle off; each target that it surveys again is 20 m away from its place. With 10 gon it is right: there no reading passes zero.
 # Expected: the orientation that the readings were made with.
