@@ -1,7 +1,7 @@
 #!/bin/sh
 # hecalib 1.3.0 (where a sensor sits on the flange of a robot: AX = XB), Cal_Lu: twelve exact poses, 200 sensors at (100, 50, 25) mm with random
 # orientations: 79 of them are found elsewhere, half of these by more than 0.16 m. Of the two roots of its last equation it takes one without a test whether it
-# fits. Its own residual is then hundreds of millimetres. The five other methods of the package find all places.
+# fits. Its own residual is then hundreds of millimetres. The five other methods of the package find all of 50 places.
 # Expected: the same place from all six methods, as there are no errors.
 . "$(dirname "$0")/setup.sh"
 packages hecalib==1.3.0 numpy==2.4.6 scipy==1.17.1
@@ -37,9 +37,10 @@ def found(method, flange, seen):
 
 sets = [exact(number) for number in range(200)]
 for method in ("Tsai", "Park", "Daniilidis", "Li", "Chou", "Lu"):
-    away, residual = np.array([found(method, *one) for one in sets]).T
+    tried = sets if method == "Lu" else sets[:50]
+    away, residual = np.array([found(method, *one) for one in tried]).T
     wrong = away > 1e-3
-    print(method, "elsewhere:", wrong.sum(), "of 200, median in mm:", np.median(away[wrong]) if wrong.any() else 0)
+    print(method, "elsewhere:", wrong.sum(), "of", len(tried), "median in mm:", np.median(away[wrong]) if wrong.any() else 0)
     if method == "Lu":
         assert 70 <= wrong.sum() <= 90 and np.median(away[wrong]) > 50 and residual[wrong].min() > 50
     else:
