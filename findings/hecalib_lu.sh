@@ -1,7 +1,7 @@
 #!/bin/sh
 # hecalib 1.3.0 (where a sensor sits on the flange of a robot: AX = XB), Cal_Lu: twelve exact poses, 200 sensors at (100, 50, 25) mm with random
 # orientations: 79 of them are found elsewhere, half of these by more than 0.16 m. Of the two roots of its last equation it takes one without a test whether it
-# fits. Its own residual is then hundreds of millimetres. The five other methods of the package find all of 50 places.
+# fits. Its own residual is then more than 50 mm. The five other methods of the package find all of 50 places.
 # Expected: the same place from all six methods, as there are no errors.
 . "$(dirname "$0")/setup.sh"
 packages hecalib==1.3.0 numpy==2.4.6 scipy==1.17.1
