@@ -16,6 +16,7 @@ from .csv_table import read_csv_table as read_csv_table
 from .csv_table import write_csv_table as write_csv_table
 from .file_dates import DatedFile as DatedFile
 from .file_dates import dated_file as dated_file
+from .file_format import ALL as ALL
 from .file_format import FeatureResult as FeatureResult
 from .file_format import FileFormat as FileFormat
 from .file_format import FilePositions as FilePositions
@@ -83,7 +84,6 @@ from .probe_history import add_verification as add_verification
 from .probe_history import check_history as check_history
 from .probe_history import read_history as read_history
 from .probe_history import refuse_known_touches as refuse_known_touches
-from .readings import ALL as ALL
 from .readings import SERIES_COLUMNS as SERIES_COLUMNS
 from .readings import chosen as chosen
 from .readings import read_directions as read_directions
