@@ -99,7 +99,9 @@ def json_of_map(pretravel_map: PretravelMap) -> bytes:
         The map is larger than the reader accepts, or contains a number that is not finite.
 
     >>> from pretravel.base.directions import sphere_pattern_25
+    >>> from pretravel.maps import DirectionSupport, PretravelMap
     >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty import Covariance
     >>> made = PretravelMap(
     ...     MeanBasis(), np.array([0.016]), Covariance.independent([1e-8]),
     ...     DirectionSupport(sphere_pattern_25()), tip_radius=3.0)
