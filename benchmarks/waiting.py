@@ -37,8 +37,8 @@ _ONE_THREAD = {
 _SPHERE = ("--diameter", "24.9987", "--tip-diameter", "6")
 _DATA = example_folder()
 _LIBRARIES = "import numpy, scipy.special"
-_OWN_MODULES = "its own modules take a third of the time, the libraries the rest"
-_ARITHMETIC = "imports take half of it, the fit a third"
+_OWN_MODULES = "its own modules take a third of the time, libraries a third"
+_ARITHMETIC = "imports take a third of it, the fits half"
 
 
 class Waiting:

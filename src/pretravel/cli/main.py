@@ -15,7 +15,7 @@ import typer
 from pretravel.base import PretravelError
 from pretravel.cli.app import App
 from pretravel.cli.command import FAULT, INTERRUPTED
-from pretravel.cli.lean_start import start_lean
+from pretravel.cli.lean_start import end_lean, start_lean
 from pretravel.cli.typed_values import Group
 from pretravel.task import ANSWER, GROUPS, PLACES, SUBCOMMANDS, Task, task_named
 
@@ -231,4 +231,5 @@ def _end(code: int | str | None) -> NoReturn:
             code = FAULT
             with suppress(OSError):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    end_lean()
     sys.exit(code)

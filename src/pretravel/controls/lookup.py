@@ -13,7 +13,7 @@ from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, FloatArray, PretravelError, grid
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, PretravelError, from_angles, grid
 from pretravel.maps import DirectionSupport, PretravelMap
 
 _FINE = 1.0 * DEGREE
@@ -160,7 +160,9 @@ class MapSamples:
 
     def _every(self, step: int) -> tuple[FloatArray, FloatArray]:
         """One of so many directions, and the map there."""
-        directions = grid(*self._grid)[::step]
+        polar, azimuth = self._grid
+        row, column = np.divmod(np.arange(0, len(polar) * len(azimuth), step), len(azimuth))
+        directions = from_angles(polar[row], azimuth[column])
         return directions, probe_frame_pretravel(self._map, directions)
 
     @cached_property

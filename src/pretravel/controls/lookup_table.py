@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
+from itertools import chain, islice
 from operator import itemgetter
 from typing import ClassVar, TypeAlias
 
@@ -35,6 +35,8 @@ _Weights: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 _STEP_OF_A_RING = 1.0 * DEGREE
 """Step of the polar angle where a band has no width. [rad]"""
 _FEWEST_COLUMNS = 12
+_AT_A_TIME = 16
+"""Tables whose nodes are evaluated together: a call of the map takes as long as 300 nodes."""
 _LADDER = (30.0, 20.0, 15.0, 10.0, 7.5, 6.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0)
 """Steps of the tables that are tried. [degrees]"""
 
@@ -201,8 +203,8 @@ def lookup_table_within(
     band = supported_band(pretravel_map)
     samples = MapSamples(pretravel_map, band)
     too_coarse: list[tuple[float, LookupTable]] = []
-    for rows, columns in chain(_sizes(band, most_values), _full_sizes(band, most_values)):
-        table = _table_of(pretravel_map, band, rows, columns)
+    sizes = chain(_sizes(band, most_values), _full_sizes(band, most_values))
+    for table in _tables(pretravel_map, band, sizes):
         least = samples.error_at_least(table, max(tolerance, allowed))
         if least <= tolerance:
             error = samples.largest_error(table)
@@ -219,11 +221,22 @@ def lookup_table_within(
     return table if table.largest_error <= allowed else None
 
 
-def _table_of(pretravel_map: PretravelMap, band: Band, rows: int, columns: int) -> LookupTable:
-    polar = np.linspace(band.lowest, band.highest, rows)
-    azimuth = 2.0 * math.pi / columns * np.arange(columns)
-    values = probe_frame_pretravel(pretravel_map, grid(polar, azimuth)).reshape(rows, columns)
-    return LookupTable(band, frozen(_with_borders(values)))
+def _tables(
+    pretravel_map: PretravelMap, band: Band, sizes: Iterator[tuple[int, int]]
+) -> Iterator[LookupTable]:
+    """Tables of rows and columns in turn; the map is evaluated for some of them at a time."""
+    while some := list(islice(sizes, _AT_A_TIME)):
+        nodes = [
+            grid(
+                np.linspace(band.lowest, band.highest, rows),
+                2.0 * math.pi / columns * np.arange(columns),
+            )
+            for rows, columns in some
+        ]
+        values = probe_frame_pretravel(pretravel_map, np.concatenate(nodes))
+        ends = np.cumsum([len(each) for each in nodes])[:-1]
+        for size, own in zip(some, np.split(values, ends), strict=True):
+            yield LookupTable(band, frozen(_with_borders(own.reshape(size))))
 
 
 def _most_accurate(tables: list[tuple[float, LookupTable]], samples: MapSamples) -> LookupTable:

@@ -16,6 +16,7 @@ from .csv_table import read_csv_table as read_csv_table
 from .csv_table import write_csv_table as write_csv_table
 from .file_dates import DatedFile as DatedFile
 from .file_dates import dated_file as dated_file
+from .file_format import ALL as ALL
 from .file_format import FeatureResult as FeatureResult
 from .file_format import FileFormat as FileFormat
 from .file_format import FilePositions as FilePositions
@@ -31,10 +32,8 @@ from .history_drift import drift_of_entries as drift_of_entries
 from .history_drift import drift_of_history as drift_of_history
 from .laboratory_file import laboratory_template as laboratory_template
 from .laboratory_file import read_laboratory as read_laboratory
-from .laboratory_statements import REPORT_TABLES as REPORT_TABLES
 from .laboratory_statements import LaboratoryStatement as LaboratoryStatement
 from .laboratory_statements import LaboratoryStatements as LaboratoryStatements
-from .laboratory_statements import comparison_sentence as comparison_sentence
 from .lines_of_tables import numbers_columns as numbers_columns
 from .lines_of_tables import plain_number as plain_number
 from .logs.dmis import statements as statements
@@ -83,13 +82,13 @@ from .probe_history import add_verification as add_verification
 from .probe_history import check_history as check_history
 from .probe_history import read_history as read_history
 from .probe_history import refuse_known_touches as refuse_known_touches
-from .readings import ALL as ALL
 from .readings import SERIES_COLUMNS as SERIES_COLUMNS
 from .readings import chosen as chosen
 from .readings import read_directions as read_directions
 from .readings import read_readings as read_readings
 from .readings import write_readings as write_readings
 from .readings import written_format as written_format
+from .report_tables import REPORT_TABLES as REPORT_TABLES
 from .roles_of_columns import column_roles as column_roles
 from .row_statements import CHANGES as CHANGES
 from .row_statements import RowStatement as RowStatement
@@ -108,6 +107,7 @@ from .source_file import SourceFile as SourceFile
 from .source_file import first_few as first_few
 from .source_file import opened as opened
 from .source_file import shortened as shortened
+from .standards_compared import comparison_sentence as comparison_sentence
 from .star_file import is_star_file as is_star_file
 from .star_file import read_star as read_star
 from .star_file import write_star as write_star

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from pretravel.measurement import Points
 
 NormalsFrom: TypeAlias = Callable[[FloatArray, tuple[str, ...] | None], FloatArray]
+ALL = "all"
+"""Chosen as the series: the parts and passes of a file are one series."""
 
 
 @dataclass(frozen=True, eq=False)

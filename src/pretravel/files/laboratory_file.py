@@ -9,9 +9,9 @@ from pathlib import Path
 from pretravel.base import TomlStructure, read_toml
 from pretravel.files.laboratory_statements import (
     CERTIFICATE_TABLES,
-    REPORT_TABLES,
     LaboratoryStatements,
 )
+from pretravel.files.report_tables import REPORT_TABLES
 
 
 def laboratory_template(statements: LaboratoryStatements = LaboratoryStatements()) -> str:

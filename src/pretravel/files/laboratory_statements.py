@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 
+from pretravel.files.report_tables import REPORT_TABLES
 from pretravel.maps import STEEL_EXPANSION
 
 
@@ -331,45 +332,6 @@ CERTIFICATE_TABLES = (
     "decision",
 )
 """Tables of the file that a calibration certificate needs."""
-REPORT_TABLES = ("laboratory", "instrument", "reference", "conditions", "measurement")
-"""Tables of the file that every other report states, in its order."""
-
-
-def comparison_sentence(standard: str, statements: LaboratoryStatements | None) -> str:
-    """Whether the definitions of a standard were compared with its text, for every reader.
-
-    Parameters
-    ----------
-    standard : str
-    statements : LaboratoryStatements or None
-
-    Returns
-    -------
-    str
-
-    >>> print(comparison_sentence("ISO 10360-5", None))
-    What is used here of ISO 10360-5 was written without the text of the standard and was not \
-checked against it.
-    >>> stated = LaboratoryStatements(
-    ...     LaboratoryIdentity("North Ltd, Aberdeen"),
-    ...     standards=ComparedStandards(iso_10360_5="edition 2020, A. Lee, 2026-03-02"),
-    ... )
-    >>> print(comparison_sentence("ISO 10360-5", stated))
-    North Ltd declares that it compared what is used here of ISO 10360-5 with its text (edition \
-2020, A. Lee, 2026-03-02).
-    """
-    name = standard.partition(",")[0]
-    compared = "" if statements is None else statements.compared(standard)
-    if statements is None or not compared:
-        return (
-            f"What is used here of {name} was written without the text of the standard and was not "
-            "checked against it."
-        )
-    laboratory = re.split(r"[,\n]", statements.laboratory.name)[0].strip() or "The laboratory"
-    return (
-        f"{laboratory} declares that it compared what is used here of {name} with its text "
-        f"({compared})."
-    )
 
 
 def _place_in_report(statement: LaboratoryStatement) -> int:

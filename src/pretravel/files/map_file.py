@@ -7,14 +7,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy.typing as npt
 
 from pretravel.base import TIP_BALL, FloatArray, InputError, PretravelError, checked
 from pretravel.files.map_json import map_from_json, numbers_of_map, write_json_map
-from pretravel.files.map_table import read_csv_map, write_csv_map
 from pretravel.files.source_file import opened
-from pretravel.maps import MapLike, Origin, PretravelMap, as_map
+
+if TYPE_CHECKING:
+    from pretravel.maps import MapLike, PretravelMap
 
 MAP_ENDINGS = (".json", ".csv")
 """Of files that are maps; every other file is none, whatever it contains."""
@@ -49,11 +51,15 @@ def write_map(
     PretravelError
         Another ending.
     """
+    from pretravel.maps import as_map
+
     pretravel_map = as_map(pretravel_map)
     ending = Path(path).suffix.lower()
     if ending == ".json":
         write_json_map(path, pretravel_map)
     elif ending == ".csv":
+        from pretravel.files.map_table import write_csv_map
+
         write_csv_map(path, pretravel_map, table)
     else:
         raise PretravelError(
@@ -100,10 +106,16 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
             f"the tip's diameter is {tip_diameter:g} mm; it must lie between 0 and 100",
             inputs=("tip_diameter",),
         )
-    is_table = ending == ".csv"
-    found = read_csv_map(place, tip_diameter) if is_table else map_from_json(opened(place))
+    if ending == ".csv":
+        from pretravel.files.map_table import read_csv_map
+
+        found = read_csv_map(place, tip_diameter)
+    else:
+        found = map_from_json(opened(place))
     if tip_diameter is None or math.isclose(found.tip_radius, 0.5 * tip_diameter, abs_tol=1e-6):
         return found
+    from pretravel.maps import Origin
+
     if found.provenance.origin is not Origin.PREDICTED:
         raise PretravelError(
             f"{path}: this map was qualified with a tip of {2.0 * found.tip_radius:.6g} mm "

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -30,18 +30,16 @@ from pretravel.base import (
     whole_file,
 )
 from pretravel.files.source_file import SourceFile
-from pretravel.maps import (
-    TERMS,
-    DirectionSupport,
-    MachineTerms,
-    PretravelMap,
-    Provenance,
-    StoredArray,
-    StoredBasis,
-    TouchedMeans,
-    restored_basis,
-)
-from pretravel.uncertainty import Correlation, Covariance
+
+if TYPE_CHECKING:  # the numbers of a file are read without them
+    from pretravel.maps import (
+        DirectionSupport,
+        MachineTerms,
+        PretravelMap,
+        Provenance,
+        StoredBasis,
+    )
+    from pretravel.uncertainty import Covariance
 
 SCHEMA, MAP_VERSION = "pretravel map", 1
 TIPS_SCHEMA = "pretravel tips"
@@ -101,7 +99,9 @@ def json_of_map(pretravel_map: PretravelMap) -> bytes:
         The map is larger than the reader accepts, or contains a number that is not finite.
 
     >>> from pretravel.base.directions import sphere_pattern_25
+    >>> from pretravel.maps import DirectionSupport, PretravelMap
     >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.uncertainty import Covariance
     >>> made = PretravelMap(
     ...     MeanBasis(), np.array([0.016]), Covariance.independent([1e-8]),
     ...     DirectionSupport(sphere_pattern_25()), tip_radius=3.0)
@@ -210,7 +210,7 @@ def _content(pretravel_map: PretravelMap) -> dict[str, Any]:
         "basis": {"attributes": dict(basis.attributes()), "arrays": arrays},
         "coefficients_mm": pretravel_map.coefficients.tolist(),
         "covariance_form": pretravel_map.covariance.correlation.value,
-        "covariance_mm2": pretravel_map.covariance.values.tolist(),
+        "covariance_mm2": [],  # in its place; it has most of the numbers, and is plain already
     }
     if pretravel_map.delay_effect is not None:
         content["delay_effect_mm"] = pretravel_map.delay_effect.tolist()
@@ -222,10 +222,13 @@ def _content(pretravel_map: PretravelMap) -> dict[str, Any]:
         content["touched_count"] = pretravel_map.touched.counts.astype(np.int64).tolist()
     # What NumPy and tuples become in JSON, so that the digest is that of the file.
     plain: dict[str, Any] = json.loads(json.dumps(content, default=_plain))
+    plain["covariance_mm2"] = pretravel_map.covariance.values.tolist()
     return plain
 
 
 def _machine_content(machine: MachineTerms) -> dict[str, Any]:
+    from pretravel.maps import TERMS
+
     return {
         "terms": list(TERMS),
         "values": machine.values.tolist(),
@@ -238,6 +241,8 @@ def _machine_content(machine: MachineTerms) -> dict[str, Any]:
 
 
 def _machine(content: Mapping[str, Any]) -> MachineTerms | None:
+    from pretravel.maps import TERMS, MachineTerms
+
     if "machine" not in content:
         return None
     stated = _object(content, "machine")
@@ -383,6 +388,8 @@ def _checked(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _restored(content: Mapping[str, Any]) -> PretravelMap:
+    from pretravel.maps import DirectionSupport, PretravelMap, TouchedMeans, restored_basis
+
     support = DirectionSupport(_floats(content, "support", 2))
     has_delay, has_effect = "delay_s" in content, "delay_effect_mm" in content
     touched = None
@@ -477,6 +484,8 @@ def _array(value: Any, name: str) -> npt.NDArray[Any]:
 
 
 def _stored_basis(content: Mapping[str, Any], support: DirectionSupport) -> StoredBasis:
+    from pretravel.maps import StoredArray, StoredBasis
+
     basis = _object(content, "basis")
     attributes = _object(basis, "attributes")
     for name, value in attributes.items():
@@ -493,6 +502,8 @@ def _stored_basis(content: Mapping[str, Any], support: DirectionSupport) -> Stor
 
 
 def _covariance(content: Mapping[str, Any]) -> Covariance:
+    from pretravel.uncertainty import Correlation, Covariance
+
     stated = _word(content, "covariance_form")
     known = [form.value for form in Correlation]
     if stated not in known:
@@ -505,6 +516,8 @@ def _covariance(content: Mapping[str, Any]) -> Covariance:
 
 
 def _provenance(stated: Mapping[str, Any]) -> Provenance:
+    from pretravel.maps import Provenance
+
     try:
         found = Provenance.from_dict(stated)
     except (LookupError, ValueError, TypeError, AttributeError) as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,23 +19,9 @@ from pretravel.base import (
     parsed_json,
 )
 from pretravel.files.csv_table import CsvTable, read_csv_table
-from pretravel.files.file_format import (
-    FilePositions,
-    ReadingOptions,
-    labels_or_numbers,
-    missed_sentence,
-)
-from pretravel.files.format_registry import format_of
-from pretravel.files.logs.double_touches import with_passes
-from pretravel.files.misses import named_misses
-from pretravel.files.netcdf import StoredVariable, read_dataset
+from pretravel.files.file_format import ALL, ReadingOptions
 from pretravel.files.points_writing import MAP_USED, NO_CAUSE, SHARED, UNCOMPENSATED, listed_numbers
-from pretravel.files.readings import ALL, chosen
 from pretravel.files.source_file import Source, SourceFile, opened, shortened
-from pretravel.files.stated_normals import contacts, one_normal
-from pretravel.files.tables import read_parquet_table
-from pretravel.files.touch_columns import read_touch_columns
-from pretravel.files.touches_csv import read_table_of_touches
 from pretravel.measurement import Points
 from pretravel.touches import (
     copied_rows_warnings,
@@ -43,14 +30,14 @@ from pretravel.touches import (
     rows_in_a_row_warnings,
 )
 
+if TYPE_CHECKING:
+    from pretravel.files.netcdf import StoredVariable
+    from pretravel.files.touch_columns import TouchColumns
+
 _WHAT = "compensated points"
 _TABLES = ("", ".csv", ".txt", ".tsv", ".xyz", ".asc", ".dat")
 _COMPENSATED = b"u_um"
 """Column that compensated points have."""
-_SMALLEST_RADIUS = 0.15
-"""Of a tip; deviations of parts are smaller. [mm]"""
-_ALIKE, _MOST = 0.2, 0.8
-"""Share of the median within which most distances lie, of a radius that was not subtracted."""
 _HEAD = 4000  # bytes in which it must stand
 
 
@@ -109,9 +96,7 @@ def points_and_notes(
         tip centres, by their nominal points, and the tip is not stated.
     """
     file = opened(source)
-    found, notes, has_series = _read(
-        file, replace(options, normals_from=one_normal([0.0, 0.0, 1.0]))
-    )
+    found, notes, has_series = _read(file, options)
     notes += tuple(
         copied_rows_warnings(found.positions, lambda row: f"row {row + 1} ({found.labels[row]})")
         + rows_in_a_row_warnings(found.positions)
@@ -138,7 +123,7 @@ def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str,
     """The points of a file of any of the formats, what is said, and whether a series was chosen."""
     if file.ending in _TABLES and _COMPENSATED not in file.content[:_HEAD]:
         return _plain_points(file, options)
-    table = read_parquet_table(file) if file.ending == ".parquet" else None
+    table = _parquet_table(file) if file.ending == ".parquet" else None
     if table is not None and _is_plain(table):
         return _plain_points(file, options)
     if options.units == "inch":
@@ -157,6 +142,20 @@ def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str,
         f"points with their uncertainties are read from .csv, .parquet, .json and .nc, not from "
         f"{file.ending}; write them in one of these formats when the touches are compensated"
     )
+
+
+def _plain_points(
+    file: SourceFile, options: ReadingOptions
+) -> tuple[Points, tuple[str, ...], bool]:
+    from pretravel.files.plain_points import plain_points  # with all that reads touches
+
+    return plain_points(file, options)
+
+
+def _parquet_table(file: SourceFile) -> CsvTable:
+    from pretravel.files.tables import read_parquet_table
+
+    return read_parquet_table(file)
 
 
 def _is_plain(table: CsvTable) -> bool:
@@ -184,7 +183,7 @@ def _beside_points(
     others = [name for name in table.columns if name not in _OWN and not name.startswith(SHARED)]
     if not others and b"#" not in file.content:
         return ()
-    found = None if options is None else read_touch_columns(file, options)
+    found = None if options is None else _touch_columns(file, options)
     parts = (table if found is None else found.table).columns.get("part", ())
     series = () if options is None else options.series
     if ALL not in series and (other := set(parts) - {*parts[:1]}):
@@ -199,63 +198,11 @@ def _beside_points(
     return told if found is None else (*told, *found.notes)
 
 
-_TIPS_NAMED = 5
+def _touch_columns(file: SourceFile, options: ReadingOptions) -> TouchColumns:
+    from pretravel.files.stated_normals import one_normal
+    from pretravel.files.touch_columns import read_touch_columns
 
-
-def _plain_points(
-    file: SourceFile, options: ReadingOptions
-) -> tuple[Points, tuple[str, ...], bool]:
-    """Points of a table with coordinates alone."""
-    known = format_of(file) if file.ending != ".parquet" else None
-    if known is not None and known.refusal:
-        raise file.error(known.refusal)
-    of_surface = replace(options, of_surface=options.tip_radius is None)
-    read = read_table_of_touches(file, of_surface)
-    # Points far from their feature are named where the feature is known.
-    found = replace(named_misses(read), warnings=read.warnings)
-    found = with_passes(found, asks=not options.series)
-    told = found.warnings
-    missed = missed_sentence(found.misses() if isinstance(found, FilePositions) else ())
-    if not isinstance(found, FilePositions):
-        raise file.error(
-            "these are positions with normals, without uncertainties (no column u_um): touches, "
-            "perhaps. Compensate them with a map first; points that are compensated already need "
-            "no normals: leave these columns out"
-        )
-    _, unread, columns = found.understood.partition("not read: ")
-    told += (unread + columns,) if unread else ()
-    stated = bool({"part", "pass", "orientation"} & set(found.words))
-    found = chosen(found, options if stated else replace(options, series=()))
-    assert isinstance(found, FilePositions)
-    found = contacts(found)
-    if options.tip_radius is None and len(tips := sorted(set(found.words.get("tip", ())))) > 1:
-        together = (
-            f"the points are of {len(tips)} tips ({', '.join(tips[:_TIPS_NAMED])}), and taken "
-            "together, as points of the surface"
-        )
-        told = (*told, together)
-        found = replace(found, words={k: v for k, v in found.words.items() if k != "tip"})
-    found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1))).refuse_several()
-    _refuse_tip_centres(file, found, options)
-    count = len(found.positions)
-    points = Points.plain(found.positions, labels_or_numbers(found.labels, count))
-    return points, (*missed, *told), stated
-
-
-def _refuse_tip_centres(file: SourceFile, found: FilePositions, options: ReadingOptions) -> None:
-    """Refuse positions that are all about as far from their nominal points as a tip is large."""
-    if found.nominal_points is None or options.tip_radius is not None:
-        return
-    away = np.linalg.norm(found.positions - found.nominal_points, axis=1)
-    middle = float(np.median(away))
-    alike = np.mean(np.abs(away - middle) < _ALIKE * middle) >= _MOST
-    if middle > _SMALLEST_RADIUS and alike:
-        raise file.error(
-            f"the points are about {middle:.3f} mm from their nominal points: they are tip centres "
-            f"of a tip of about {2.0 * middle:.3g} mm. Give its diameter",
-            found.lines[0],
-            inputs=("tip_diameter",),
-        )
+    return read_touch_columns(file, replace(options, normals_from=one_normal([0.0, 0.0, 1.0])))
 
 
 def points_of_table(file: SourceFile, table: CsvTable) -> Points:
@@ -401,6 +348,8 @@ _ARRAYS = {*_UNITS_OF_ARRAYS, "normal", "face", "cause", "label", "axis", "other
 
 
 def _from_dataset(file: SourceFile) -> tuple[Points, tuple[str, ...]]:
+    from pretravel.files.netcdf import read_dataset
+
     needed("h5netcdf", "tables")
     stored = read_dataset(file)
     data = stored.variables

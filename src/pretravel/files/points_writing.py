@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from pretravel.base import MICROMETRE, TIP_RADIUS, FloatArray, PretravelError, checked, needed
 from pretravel.files.file_format import PointsOrigin
-from pretravel.files.format_registry import FORMATS
 from pretravel.files.many_numbers import listed_rows
 from pretravel.measurement import Points
 
@@ -173,6 +172,8 @@ def write_points(
     """
     if tip_radius is not None:
         checked(tip_radius, "the tip's radius", TIP_RADIUS, inputs=("tip_radius",))
+    from pretravel.files.format_registry import FORMATS
+
     ending = Path(path).suffix.lower()
     for known in FORMATS.values():
         if known.write_points is not None and ending in known.endings:
@@ -195,6 +196,8 @@ def point_endings(sought: str = "") -> tuple[str, ...]:
     >>> point_endings(".parquet")
     ('.csv', '.parquet')
     """
+    from pretravel.files.format_registry import FORMATS
+
     found: list[str] = []
     for known in FORMATS.values():
         found += known.endings if known.write_points else ()

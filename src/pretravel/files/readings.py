@@ -10,6 +10,7 @@ import numpy as np
 
 from pretravel.base import TIP_RADIUS, BoolArray, FloatArray, InputError, PretravelError, checked
 from pretravel.files.file_format import (
+    ALL,
     FileFormat,
     FilePositions,
     FileReadings,
@@ -236,8 +237,6 @@ def chosen(
     return replace(found, touches=replace(plain, **word_fields(words)).take(keep))
 
 
-ALL = "all"
-"""Chosen as the series: the parts and passes of a file are one series."""
 SERIES_COLUMNS = ("part", "pass", "orientation")
 """Columns whose words are chosen as the series."""
 

@@ -133,7 +133,7 @@ class StatedRows:
         line : str
         number : int
         """
-        if _NOT_MEASURED.search(line):
+        if re.search(_NOT_MEASURED, line, re.IGNORECASE):
             self.unmeasured.append((number, line))
         if (found is None or _NOTE.match(line)) and changes_rows(line):
             self.hold(f"the meaning of the rows, perhaps ('{shortened(line)}')", line, number)
@@ -190,7 +190,7 @@ def changes_rows(line: str) -> bool:
     >>> changes_rows("Turn the part over"), changes_rows("coffee break")
     (True, False)
     """
-    return _CHANGES_ROWS.search(line.replace("_", " ")) is not None
+    return re.search(_CHANGES_ROWS, line.replace("_", " "), re.IGNORECASE) is not None
 
 
 def is_note(line: str) -> bool:
@@ -258,7 +258,7 @@ _THINGS = (
 """What a comment between rows can state or change."""
 _A_FEED = r"\b(?:feed|vorschub|avance)(?:rate)?\W*(?:[:=]\W*)?\d"
 _ANGLES = r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$"
-_CHANGES_ROWS = re.compile(
+_CHANGES_ROWS = (
     rf"\b{_THINGS}(?:\s?(?:no|nr|number|nummer|name|id)\b\.?)?\s*"
     rf"(?:[:=#]|[A-Z]?\d|[A-Z]\b(?!\W+\w)|\bis (?:now )?\w*\d)|"
     rf"\b{_THINGS}\W+(?:(?:is|was|now|has been)\W+)*(?:chang|swap|exchang|replac|gewechsel|wechsel|"
@@ -280,23 +280,21 @@ _CHANGES_ROWS = re.compile(
     r"mirror\w*|gespiegelt|nullpunkt\w*|versatz|polar|cartesian|kartesisch)\b|"
     r"\b(?:re-?qualif|re-?calibrat|re-?home|re-?zero|neu kalibriert|neu eingemessen)\w*|"
     r"\b(?:machine|maschine)\W*(?:[:=#]|[A-Z]?\d|[A-Z]\b)|"
-    r"\bdirections?\W+(?:(?:is|was|now)\W+)*(?:revers|chang|turn|invert)\w*",
-    re.IGNORECASE,
+    r"\bdirections?\W+(?:(?:is|was|now)\W+)*(?:revers|chang|turn|invert)\w*"
 )
 """Comments that change what rows mean. One that only speaks of a tip or a part is named."""
 _NOTE = re.compile(r"(?:[;#(%]|//|\$\$|TEXT\s*/|COMMENT\s*/)", re.IGNORECASE)
 """Begins a line of a log that is a comment or a text."""
 
 
-_CONDITIONS = re.compile(
+_CONDITIONS = (
     rf"{_A_FEED}|"
     r"\bspind(?:le|el)\b.*\d|"
     r"\btemp(?:eratur\w*|\.)?\W*(?:[:=]\W*)?-?\d|"
     rf"{_ANGLES}|"
     r"\bmirror\w*\W+[XYZ]\b|"
     r"\bU(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]\s?\d|"
-    r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\W*)?[-+]?\d",
-    re.IGNORECASE,
+    r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\W*)?[-+]?\d"
 )
 """Lines before the rows that state what points depend on, and no option or column reads."""
 
@@ -308,7 +306,9 @@ def conditions_not_read(before: Sequence[Record]) -> tuple[str, ...]:
     "not read: line 2 '# sphere 25 mm, U = 1.2 µm (k = 2)'. Give what it states in a column or as \
 an option"
     """
-    found = [(number, line) for number, line in before if _CONDITIONS.search(line)]
+    found = [
+        (number, line) for number, line in before if re.search(_CONDITIONS, line, re.IGNORECASE)
+    ]
     if not found:
         return ()
     shown = ", ".join(f"line {number} '{shortened(text)}'" for number, text in found[:_SHOWN])
@@ -348,7 +348,7 @@ def comments_among(
         if lines[0] < number < lines[-1] and not is_row(line[1:])
     ]
     for number, line in among:
-        if _CHANGES_ROWS.search(line):
+        if re.search(_CHANGES_ROWS, line, re.IGNORECASE):
             raise file.error(
                 f"'{shortened(line)}' is between the rows, and may change the meaning of the rows "
                 "after it: give its content in a column, or split the table there",
@@ -357,12 +357,11 @@ def comments_among(
     return tuple((number, line) for number, line in among if re.search(r"\w", line))
 
 
-_NOT_MEASURED = re.compile(
+_NOT_MEASURED = (
     r"\bdry[- ]?run\b|\[sim\]|\bno (?:probing|measure(?:ment)?s?|touch(?:es)?)\b|"
     r"\bnot (?:measured|probed)\b|\bnothing (?:was )?(?:measured|probed)\b|"
     r"\bsimulat(?:ed|ion|ion mode)\b|\bsimuliert\b|"
-    r"\bpreview\b|\boff-?line\b|\bcheck mode\b|\btrockenlauf\b|\bprobelauf\b|\bdemo data\b",
-    re.IGNORECASE,
+    r"\bpreview\b|\boff-?line\b|\bcheck mode\b|\btrockenlauf\b|\bprobelauf\b|\bdemo data\b"
 )
 """Says that rows were not measured."""
 
@@ -373,7 +372,9 @@ def nothing_measured(before: Sequence[Record]) -> tuple[str, ...]:
     >>> nothing_measured([(1, "# DRY RUN")])
     ("line 1 '# DRY RUN' says that the rows were not measured: they are used as if they were",)
     """
-    found = [(number, line) for number, line in before if _NOT_MEASURED.search(line)]
+    found = [
+        (number, line) for number, line in before if re.search(_NOT_MEASURED, line, re.IGNORECASE)
+    ]
     if not found:
         return ()
     number, line = found[0]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol, TypeAlias
 
@@ -429,8 +430,14 @@ Touch the reference there too, or allow extrapolation.
         pretravel, standard_uncertainty : (n,) float each
             [mm]
         """
+        return self._over_support
+
+    @cached_property
+    def _over_support(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Asked for by every report, several times."""
         directions = self.support.spread
-        return directions, *self._evaluate(directions, with_uncertainty=True)
+        value, u = self._evaluate(directions, with_uncertainty=True)
+        return directions, frozen(value), frozen(u)
 
 
 class HasMap(Protocol):

@@ -191,7 +191,7 @@ def qualified(
         found = made[0][1]
         if isinstance(found, PretravelError):
             raise found
-        return found
+        return _warned(ready, found)
 
 
 def with_machine(
@@ -328,7 +328,8 @@ def _on_average(ready: PreparedTouches, every: _Made) -> Qualification:
     parts = [score for score in scores if score.weight > 0.0]
     if not parts:
         raise PretravelError(f"no kind of map fits these touches: {scores[0].problem}")
-    return replace(averaged([made[part.kind] for part in parts], parts), scores=scores)
+    best, *others = (made[part.kind] for part in parts)
+    return replace(averaged([_warned(ready, best), *others], parts), scores=scores)
 
 
 def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
@@ -378,15 +379,24 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
         delay=ready.delay,
         fit=fit,
         copies=copies,
+        warnings=(),
+    )
+
+
+def _warned(ready: PreparedTouches, found: Qualification) -> Qualification:
+    """With its warnings, which only the best kind needs."""
+    made, kind, fit, observation = found.pretravel_map, found.kind, found.fit, ready.observation
+    repeatability = Scatter(found.repeatability, found.repeatability_dof)
+    u_height = math.sqrt(_centered(ready, kind, fit).center_covariance[-1, -1])
+    return replace(
+        found,
         warnings=(
             *ready.warnings,
-            *copy_warnings(copies, int(np.sum(ready.used))),
-            *repeat_warnings(repeatability, repeated=ready.observation.repeats.dof > 0.0),
-            *kind.warnings(fit, repeatability.deviation),
-            *map_warnings(pretravel_map, ready.observation),
-            *height_warnings(
-                math.sqrt(centered.center_covariance[-1, -1]), pretravel_map, ring=setup.ring
-            ),
+            *copy_warnings(found.copies, int(np.sum(ready.used))),
+            *repeat_warnings(repeatability, repeated=observation.repeats.dof > 0.0),
+            *kind.warnings(fit, found.repeatability),
+            *map_warnings(made, observation),
+            *height_warnings(u_height, made, ring=ready.setup.ring),
         ),
     )
 

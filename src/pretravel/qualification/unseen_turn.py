@@ -105,25 +105,20 @@ def _largest(
 ) -> UnseenTurn | None:
     """The turn that changes the map most; None where that is not much compared with the noise."""
     directions, value, _ = pretravel_map.over_support()
-    changes = np.array(
-        [_change(pretravel_map, directions, value, axes, angle) for angle in _ANGLES]
-    )
+    changes = _changes(pretravel_map, directions, value, axes)
     worst = int(np.argmax(changes > _ALIKE * changes.max()))
     if changes[worst] < _CLEAR * math.sqrt(noncentrality(1, rate)) * u_of_direction:
         return None
     return UnseenTurn(float(_ANGLES[worst]), float(changes[worst]))
 
 
-def _change(
-    pretravel_map: PretravelMap,
-    directions: FloatArray,
-    value: FloatArray,
-    axes: int,
-    angle: float,
-) -> float:
-    """Largest change of the map by a turn, after the best shift of the centre. [mm]"""
-    normals = directions @ probe_rotation(rotation=angle) @ pretravel_map.rotation.T
-    change = pretravel_map.pretravel(normals, extrapolate=True) - value
-    center = directions[:, :axes]
+def _changes(
+    pretravel_map: PretravelMap, directions: FloatArray, value: FloatArray, axes: int
+) -> FloatArray:
+    """Largest change of the map by each turn, after the best shift of the centre. [mm]"""
+    turns = [probe_rotation(rotation=angle) @ pretravel_map.rotation.T for angle in _ANGLES]
+    normals = np.concatenate([directions @ turn for turn in turns])
+    turned = pretravel_map.pretravel(normals, extrapolate=True).reshape(len(turns), -1).T
+    change, center = turned - value[:, None], directions[:, :axes]
     change = change - center @ np.linalg.lstsq(center, change, rcond=None)[0]
-    return float(np.max(np.abs(change)))
+    return np.asarray(np.max(np.abs(change), axis=0))

@@ -36,7 +36,6 @@ from .colours import SERIES as SERIES
 from .colours import Colour as Colour
 from .colours import scale_colours as scale_colours
 from .colours import series as series
-from .direction_charts import angles_deg as angles_deg
 from .direction_charts import around_marks as around_marks
 from .direction_charts import azimuth_axis as azimuth_axis
 from .direction_charts import body_chart as body_chart
@@ -60,6 +59,7 @@ from .document import Section as Section
 from .document import Span as Span
 from .document import Table as Table
 from .formatting import addition_text as addition_text
+from .formatting import angles_deg as angles_deg
 from .formatting import by_uncertainty as by_uncertainty
 from .formatting import cell_texts as cell_texts
 from .formatting import decimals as decimals

@@ -21,7 +21,7 @@ from pretravel.maps import PretravelMap, map_grid
 from pretravel.show.chart import Axis, PolarChart, Scale, SpaceChart, TopView
 from pretravel.show.chart_marks import Area, Dots, LineMark, SpaceMesh, SpacePoints
 from pretravel.show.colours import Colour, series
-from pretravel.show.formatting import decimals, number_text, signed_decimals
+from pretravel.show.formatting import angles_deg, decimals, number_text, signed_decimals
 from pretravel.show.style import some_rows
 
 _MOST_NODES = 400
@@ -63,20 +63,6 @@ def direction_words(directions: FloatArray) -> list[str]:
         f"polar {p:.1f}°, azimuth {a:.1f}°"
         for p, a in zip(polar.tolist(), azimuth.tolist(), strict=True)
     ]
-
-
-def angles_deg(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Polar angle and azimuth, (n,) each; the azimuth from 0 to below 360. [deg]
-
-    Parameters
-    ----------
-    directions : (n, 3) float
-
-    >>> angles_deg(np.array([[0.0, -1.0, 0.0]]))
-    (array([90.]), array([270.]))
-    """
-    azimuth = np.round(azimuth_angle(directions) / DEGREE, 9) % 360.0
-    return np.asarray(polar_angle(directions) / DEGREE), azimuth
 
 
 def values_on_grid(

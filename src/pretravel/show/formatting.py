@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 import re
 
+import numpy as np
+
+from pretravel.base import DEGREE, FloatArray, azimuth_angle, polar_angle
 from pretravel.show.document import Column, Digits, FigureValue, KeyFigure, Span
 from pretravel.uncertainty import COVERAGE_FACTOR
 
@@ -194,3 +197,17 @@ def remark_text(figure: KeyFigure) -> str:
         f"95 % interval {value_text(interval, figure.unit, figure.digits)}"
     ]  # fmt: skip
     return "; ".join([*words, *([figure.remark] if figure.remark else [])])
+
+
+def angles_deg(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Polar angle and azimuth, (n,) each; the azimuth from 0 to below 360. [deg]
+
+    Parameters
+    ----------
+    directions : (n, 3) float
+
+    >>> angles_deg(np.array([[0.0, -1.0, 0.0]]))
+    (array([90.]), array([270.]))
+    """
+    azimuth = np.round(azimuth_angle(directions) / DEGREE, 9) % 360.0
+    return np.asarray(polar_angle(directions) / DEGREE), azimuth

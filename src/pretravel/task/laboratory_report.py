@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from pretravel.files import (
-    REPORT_TABLES,
-    LaboratoryStatement,
-    LaboratoryStatements,
-)
+from pretravel.files import REPORT_TABLES
 from pretravel.show import Document, KeyFigure, Section
+
+if TYPE_CHECKING:
+    from pretravel.files import LaboratoryStatement, LaboratoryStatements
 
 NOT_STATED = "not stated"
 """Shown for a field that the laboratory left empty."""
@@ -29,6 +29,7 @@ def with_laboratory(document: Document, statements: LaboratoryStatements | None)
     Document
         The section is the first one; where nothing is stated it is the last one, and short.
 
+    >>> from pretravel.files import LaboratoryStatements
     >>> with_laboratory(Document("Probe"), LaboratoryStatements()).sections[0].heading
     'Laboratory and instrument'
     >>> [figure.name for figure in with_laboratory(Document("Probe"), None).sections[0].figures]

@@ -21,7 +21,8 @@ from pretravel.base.frames import probe_rotation
 from pretravel.laboratory.standards.iso230_10_tip_offset import check_tip_offset
 from pretravel.laboratory.standards.standard_check import CalibratedSphere, StandardCheck
 from pretravel.laboratory.standards.tip_offset import fit_tip_offset, turns_the_other_way
-from pretravel.laboratory.tasks.check.report import check_view, standards_document
+from pretravel.laboratory.tasks.check.picture import check_view
+from pretravel.laboratory.tasks.check.report import standards_document
 from pretravel.show.chart import PlaneChart
 from pretravel.show.chart_marks import Dots
 from pretravel.touches import Touches

@@ -20,7 +20,8 @@ from pretravel.laboratory.separation.separation import separate
 from pretravel.laboratory.separation.separation_csv import read_multi_step_readings
 from pretravel.laboratory.standards.iso230_10 import plane_pattern_36
 from pretravel.laboratory.standards.standard_check import CalibratedSphere
-from pretravel.laboratory.tasks.check.report import check_view, standards_document
+from pretravel.laboratory.tasks.check.picture import check_view
+from pretravel.laboratory.tasks.check.report import standards_document
 from pretravel.laboratory.tasks.rig.report import rig_view, trace_view
 from pretravel.laboratory.tasks.separate.report import separation_view
 from pretravel.show.budget_pictures import budget_view

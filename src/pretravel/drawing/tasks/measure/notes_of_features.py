@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from pretravel.base import DEGREE, MICROMETRE
 from pretravel.drawing.features.conformity import (
@@ -22,13 +23,16 @@ from pretravel.drawing.tolerances.tolerances import (
     InspectedFeature,
     Together,
 )
-from pretravel.files import LaboratoryStatements, comparison_sentence
+from pretravel.files import comparison_sentence
 from pretravel.show import (
     Span,
     number_text,
     value_text,
 )
 from pretravel.touches import COARSE_STEP
+
+if TYPE_CHECKING:
+    from pretravel.files import LaboratoryStatements
 
 _ASSOCIATION = (
     "fitted by least squares (Gaussian association), not as the largest inscribed "

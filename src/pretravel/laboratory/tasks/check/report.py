@@ -1,54 +1,40 @@
-"""Report and picture of the figures of a standard."""
+"""Report of the figures of a standard."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, FloatArray, from_angles
+from pretravel.base import MICROMETRE
 from pretravel.laboratory.budget_report import budgets_data, sphere_section
 from pretravel.laboratory.measured_spheres import MeasuredSphere
 from pretravel.laboratory.standards.standard_check import (
     COMPARED,
     UNCHECKED,
-    FittedSet,
     LimitOutcome,
     StandardCheck,
     StandardFigure,
 )
 from pretravel.laboratory.standards.standard_figures import standard_table
-from pretravel.laboratory.tasks.check.tip_offset_chart import tip_offset_chart
 from pretravel.show import (
-    Axis,
-    Chart,
     Column,
     Document,
-    Dots,
     Judgement,
     KeyFigure,
-    Mark,
     Picture,
-    PlaneChart,
-    PolarChart,
-    Rule,
-    Scale,
     Section,
-    SpaceChart,
-    SpaceLines,
-    SpacePoints,
     Table,
-    View,
-    azimuth_axis,
     budget_picture,
     decimals,
-    magnification,
-    series,
     value_text,
-    whiskers,
 )
 from pretravel.task import budget_table
+
+if TYPE_CHECKING:
+    from pretravel.show import View
 
 _ORIGIN = {UNCHECKED: "not checked", COMPARED: "checked"}
 """Of a definition, by its status."""
@@ -127,7 +113,13 @@ def _residual_picture(check: StandardCheck, title: str) -> tuple[Picture, ...]:
     """None where nothing was fitted: repeats in one direction alone."""
     if not check.sets:
         return ()
-    return (Picture("Residuals at the places of the touches", lambda: check_view(check, title)),)
+
+    def view() -> View:
+        from pretravel.laboratory.tasks.check.picture import check_view
+
+        return check_view(check, title)
+
+    return (Picture("Residuals at the places of the touches", view),)
 
 
 def _judgement(check: StandardCheck) -> Judgement | None:
@@ -217,118 +209,3 @@ _U_OF_TEST_VALUE = (
     "u of test value: standard uncertainty, from the calibration of the reference; of an offset, "
     "from the touches. Empty if it is not known. "
 )
-
-
-def check_view(check: StandardCheck, title: str = "") -> View:
-    """Residuals of the fitted spheres or circles, at the places of their touches.
-
-    Parameters
-    ----------
-    check : StandardCheck
-    title : str
-
-    Returns
-    -------
-    View
-        The set with the largest range at its places, on a circle or in space (or the tip's offset
-        from the axis of the spindle), and the residuals of all sets over the azimuth.
-    """
-    worst = int(np.argmax([fitted.fit.form for fitted in check.sets]))
-    marks: list[Mark] = []
-    for index, fitted in enumerate(check.sets):
-        fit, residuals = fitted.fit, fitted.fit.residuals / MICROMETRE
-        name = f"{fitted.name}, {len(residuals)} touches: range {fit.form / MICROMETRE:.2f} µm"
-        azimuth = _azimuth(fitted) / DEGREE
-        marks.append(Dots(azimuth, residuals, name, series(index), labels=_labels(fitted)))
-    drawn = check.sets[worst]
-    marks += [Rule(0.0, colour="ink"), *_limits(drawn)]
-    around = PlaneChart(
-        "residuals over the azimuth",
-        azimuth_axis(drawn.frame),
-        Axis("distance − radius", "µm"),
-        tuple(marks),
-        note="several polar angles may lie at one azimuth",
-    )
-    place: Chart
-    if check.tip_offset is not None:
-        place = tip_offset_chart(check.tip_offset)
-    elif drawn.places.shape[1] == 2:
-        place = _circle_chart(drawn, worst)
-    else:
-        place = _sphere_chart(drawn)
-    return View(title or check.standard, (place, around), columns=2)
-
-
-def _azimuth(fitted: FittedSet) -> FloatArray:
-    """Of the places about the fitted centre, (n,). [rad]"""
-    offset = fitted.places - fitted.fit.center
-    return np.asarray(np.arctan2(offset[:, 1], offset[:, 0]) % (2.0 * np.pi))
-
-
-def _labels(fitted: FittedSet) -> tuple[str, ...]:
-    return tuple(f"touch {row + 1}" for row in range(len(fitted.places)))
-
-
-def _limits(fitted: FittedSet) -> list[Rule]:
-    """The limit of a set's range, laid about the middle of its residuals."""
-    if fitted.limit is None:
-        return []
-    residuals = fitted.fit.residuals
-    middle = 0.5 * float(residuals.max() + residuals.min())
-    text = f"largest allowed range ({fitted.name}): {fitted.limit / MICROMETRE:g} µm"
-    return [
-        Rule((middle + side * 0.5 * fitted.limit) / MICROMETRE, text if side > 0 else "", "limit")
-        for side in (-1.0, 1.0)
-    ]
-
-
-def _circle_chart(fitted: FittedSet, index: int) -> PolarChart:
-    """Residuals of a circle over the azimuth, seen from the spindle."""
-    residuals = fitted.fit.residuals / MICROMETRE
-    rules = [Rule(0.0, "fitted circle", "ink"), *_limits(fitted)]
-    ends = [*residuals, *(rule.value for rule in rules)]
-    span = max(float(np.ptp(ends)), 1e-3)
-    return PolarChart(
-        f"{fitted.name}: residuals on the circle",
-        Axis("distance − radius", "µm", min(ends) - 0.9 * span, max(ends) + 0.1 * span),
-        (Dots(_azimuth(fitted), residuals, "touches", series(index), labels=_labels(fitted)),
-         *rules),
-        fitted.frame,
-        note="about the centre of the fitted circle",
-    )  # fmt: skip
-
-
-def _sphere_chart(fitted: FittedSet) -> SpaceChart:
-    """Residuals as whiskers on the fitted sphere."""
-    fit, offset = fitted.fit, fitted.places - fitted.fit.center
-    normals = offset / np.linalg.norm(offset, axis=1)[:, None]
-    feet = fit.radius * normals
-    factor = magnification(feet, fit.residuals)
-    starts, ends = whiskers(feet, normals, factor * fit.residuals)
-    residuals = fit.residuals / MICROMETRE
-    return SpaceChart(
-        f"{fitted.name}: residuals on the sphere",
-        (
-            _circles(fit.radius),
-            SpaceLines(starts, ends, f"residual, magnified {factor:g} times", "ink", 1.4),
-            SpacePoints(ends, values=residuals, size=6.0, labels=_labels(fitted)),
-        ),
-        fitted.frame,
-        scale=Scale.of("distance − radius", "µm", residuals, signed=True),
-        note="about the centre of the fitted sphere",
-    )
-
-
-def _circles(radius: float) -> SpaceLines:
-    """Circles of a sphere at polar angles of 30, 60 and 90 degrees, and four meridians."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 61)
-    lines = [from_angles(np.full(61, polar * DEGREE), turn) for polar in (30.0, 60.0, 90.0)] + [
-        from_angles(turn[:16], np.full(16, azimuth * DEGREE)) for azimuth in range(0, 360, 45)
-    ]
-    return SpaceLines(
-        radius * np.concatenate([line[:-1] for line in lines]),
-        radius * np.concatenate([line[1:] for line in lines]),
-        "fitted sphere",
-        "reference",
-        0.7,
-    )

@@ -70,10 +70,10 @@ _LIMITED: Mapping[str, tuple[str, ...]] = {
 """Settings of limits, and the names of the figures that they limit."""
 
 
-def _checks() -> list[str]:
+def _checks() -> Iterator[str]:
     from pretravel.task import STANDARDS
 
-    return list(STANDARDS)
+    yield from STANDARDS
 
 
 def _patterns() -> list[str]:
