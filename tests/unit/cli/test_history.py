@@ -83,7 +83,7 @@ def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
     assert "Each day: difference from the map" in told
     assert "The map was made from" not in told
     assert "sphere_2026-03-02.csv is not used:" in warned
-    assert "1 file has no date in the name (sphere_late.csv)" in warned
+    assert "1 file has no date in the name or the rows (sphere_late.csv)" in warned
 
 
 @pytest.mark.long

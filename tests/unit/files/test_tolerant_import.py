@@ -212,6 +212,12 @@ def test_feeds_in_the_unit_of_the_file() -> None:
     for unit, feed in (("", 254.0), (" [mm/min]", 10.0), (" [ipm]", 254.0), (" [mm/s]", 600.0)):
         file = SourceFile("a.csv", text.format(unit).encode())
         assert read_touches(file, ReadingOptions(units="inch")).feeds == pytest.approx([feed])
+        words = SourceFile(
+            "a.csv", file.content.replace(b"1;2;3;", b"X1;Y2;Z3;").replace(b";10\n", b";F10\n")
+        )
+        again = read_touches(words, ReadingOptions(units="inch"))
+        assert again.feeds == pytest.approx([feed])
+        assert again.positions[0] == pytest.approx([25.4, 50.8, 76.2])
 
 
 def test_rounded_normals_are_unit_vectors() -> None:

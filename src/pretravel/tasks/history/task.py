@@ -82,7 +82,8 @@ class History(
         Field(
             help="History file of one probe (.jsonl), or a folder with one file of touches for "
             "each day or shift. The date is that in the name of the file (2026-03-14, 20260314, "
-            "14-03-2026), else that of its last change. Also several files, or a name with *.",
+            "14-03-2026) or of its rows, else that of its last change. Also several files, or a "
+            "name with *.",
             label="History",
             positional=True,
             metavar="HISTORY",
@@ -225,6 +226,8 @@ class History(
         for count, file in enumerate(dated):
             _LOG.info("%s", file.path.name, extra={"done": count / len(dated)})
             try:
+                if file.unclear:
+                    raise PretravelError(f"its name has no date, and in its rows {file.unclear}")
                 readings = _readings(file, reading, seen)
                 if made is None:
                     first, terms = _first_day(readings, reference, self.kind or "auto")
