@@ -345,12 +345,30 @@ def _likely_mistake(
             "The touches lie around a pin of this diameter, not in a ring. A qualification, also "
             "with an old map, takes a pin; a verification takes spheres and rings"
         )
+    if abs(implied + tip) < _WRONG_RADIUS:
+        return (
+            "The tip's radius was subtracted twice from these positions, perhaps; tip-centre "
+            "positions are needed"
+        )
     if abs(implied - 2.0 * tip) < _WRONG_RADIUS:
-        return "Was the tip's radius given as its diameter?"
+        return (
+            "Was the tip's radius given as its diameter, or added to the positions? Tip-centre "
+            "positions are needed"
+        )
+    if abs(implied - 0.5 * tip) < _WRONG_RADIUS:
+        return f"Is {2 * tip:g} mm twice the tip's diameter? With {tip:g} mm it fits"
+    if abs(implied - 3.0 * tip) < _WRONG_RADIUS:
+        return "The tip's radius was added twice to these positions, perhaps"
     if abs(fitted_radius - sign * tip - setup.diameter) < _WRONG_RADIUS:
         return f"Was the {setup.reference}'s radius given as its diameter?"
+    if abs(fitted_radius - sign * tip - 0.25 * setup.diameter) < _WRONG_RADIUS:
+        return (
+            f"Is {setup.diameter:g} mm twice the diameter of the {setup.reference}? With "
+            f"{0.5 * setup.diameter:g} mm it fits"
+        )
+    rest = 2 * (fitted_radius - sign * tip)
+    measured = f". With this tip the {setup.reference} would measure {rest:.4f} mm"
     return (
         f"Check the diameter of the {setup.reference} ({setup.diameter:.4f} mm) and that of the "
-        f"tip ({2 * tip:.4f} mm). With this tip the {setup.reference} would measure "
-        f"{2 * (fitted_radius - sign * tip):.4f} mm"
+        f"tip ({2 * tip:.4f} mm){measured if rest > 0.0 else ''}"
     )

@@ -222,6 +222,9 @@ class TestRadius:
         (False, 12.5 + 6.0, "tip's radius given"), (True, 12.5 - 6.0, "tip's radius given"),
         (False, 25.0 + 3.0, "sphere's radius given"), (True, 25.0 - 3.0, "ring's radius given"),
         (True, 12.5 + 3.0, "around a pin of this diameter"),
+        (False, 12.5 - 3.0, "subtracted twice"), (False, 12.5 + 9.0, "added twice"),
+        (False, 12.5 + 1.5, "twice the tip's diameter"),
+        (False, 6.25 + 3.0, "twice the diameter of the sphere"),
     ],
 )  # fmt: skip
 def test_a_likely_mistake_is_named_to_a_tenth_of_a_millimetre(
