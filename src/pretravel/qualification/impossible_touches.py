@@ -174,6 +174,13 @@ def _refuse_false_trips(
             + (f" ({len(wrong)} touches are like that)" if len(wrong) > 1 else ""),
             inputs=("exclude",),
         )
+    if len(wrong):
+        raise PretravelError(
+            f"{source}the touches do not lie on one {setup.reference}: {len(wrong)} of "
+            f"{len(touches)} are up to {np.abs(off).max():.4g} mm off the fitted one. Are touches "
+            "of two references, tips or coordinate systems in one log, are its axes in different "
+            "units, or is X a diameter (as on a lathe)?"
+        )
 
 
 def _single_stray(

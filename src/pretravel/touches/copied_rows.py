@@ -186,7 +186,7 @@ def certain_copies(values: npt.ArrayLike) -> BoolArray:
         there several times one after the other, of which `rows_in_a_row` speaks.
 
     >>> log = np.random.default_rng(1).random((13, 3))
-    >>> certain_copies(np.vstack([log, log[::-1].round(5)])).sum()
+    >>> int(certain_copies(np.vstack([log, log[::-1].round(5)])).sum())
     13
     """
     rows = np.asarray(values, dtype=np.float64)

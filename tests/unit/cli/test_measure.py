@@ -206,6 +206,8 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
         (["--select", "bore1*", "--tolerance", "0..10"], "a size has no limit of zero"),
         (["--nominal", 20, "--tolerance", "+21/0"], "were 21 µm meant.* Give 0.021, in mm"),
         (["--select", "bore1*", "--form-tolerance", "5"], "tolerance of the form is 5 mm"),
+        (["--select", "1..12"], "matches '1..12'.* Numbers choose labels that are numbers"),
+        (["--select", "bore1*", "--at", "40,30"], "x,y,z, such as 0,0,1, and 2 came: also give"),
     ],
 )
 def test_messages(points_file: Path, arguments: list[object], message: str) -> None:

@@ -179,6 +179,19 @@ def test_a_plane_has_the_name_of_an_axis_within_two_degrees_and_a_half(sign: flo
         assert name in _told(_touches(around[:, [1, 2, 0]] @ turn))
 
 
+@pytest.mark.parametrize("how", ["tips", "places", "X as diameter"])
+def test_touches_of_two_things_are_not_on_one_sphere(how: str) -> None:
+    touches = _touches(np.tile(N, (2, 1)))
+    positions, second = touches.positions.copy(), slice(len(N), None)
+    if how == "tips":
+        positions[second] -= touches.normals[second]
+    elif how == "places":
+        positions[second] += [20.0, 0.0, 0.0]
+    else:
+        positions[:, 0] *= 2.0
+    assert "do not lie on one sphere" in _told(replace(touches, positions=positions))
+
+
 class TestRadius:
     @pytest.mark.parametrize(
         ("pretravel", "refused"), [(-0.021, True), (-0.019, False), (0.149, False), (0.151, True)]

@@ -367,6 +367,8 @@ def side_of_failure(conformity: Conformity, side: str) -> str:
     >>> small = size_conformity("diameter", 19.99, 0.001, (20.0, 20.021), 0.95)
     >>> side_of_failure(small, "inside")
     'too small by 10.0 µm, can be reworked'
+    >>> side_of_failure(replace(small, value=14.0), "inside")
+    'too small by 6.000 mm: check the feature, and that the tip radius was subtracted once'
     """
     if conformity.lower <= conformity.value <= conformity.upper:
         return ""
@@ -375,6 +377,11 @@ def side_of_failure(conformity: Conformity, side: str) -> str:
     left = small == (side == "inside")
     if not side or math.isinf(by):
         return ""
+    if is_far_from_nominal(conformity.lower if small else conformity.upper, conformity.value):
+        return (
+            f"too {'small' if small else 'large'} by {by:.3f} mm: check the feature, and that the "
+            "tip radius was subtracted once"
+        )
     return (
         f"too {'small' if small else 'large'} by {by * 1e3:.1f} µm, "
         f"{'can' if left else 'cannot'} be reworked"
