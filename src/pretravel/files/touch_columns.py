@@ -7,8 +7,9 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pretravel.base import DEGREE, InputError
+from pretravel.base import InputError
 from pretravel.files.column_names import (
+    ANGLE_UNITS,
     FEED_UNITS,
     FRAME_ROLE,
     LENGTH_ROLES,
@@ -440,7 +441,7 @@ def _scale(role: str, roles: ColumnRoles, unit: _Unit | None) -> float:
     if role == "feed":
         return scale * FEED_UNITS[_feed_unit(roles, unit)]
     if role == "spindle":
-        return scale * DEGREE
+        return scale * ANGLE_UNITS[roles.units.get(role, "deg")]
     return scale
 
 

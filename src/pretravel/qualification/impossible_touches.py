@@ -267,7 +267,7 @@ def _refuse_diameters(
         _refuse_implied_tip(implied, fitted_radius, setup, source)
         return
     expected = radius + sign * tip
-    _refuse_inches(fitted_radius, expected, setup, source)
+    _refuse_other_unit(fitted_radius, expected, setup, source)
     pretravel = sign * (expected - fitted_radius)
     if not SMALLEST_PRETRAVEL <= pretravel <= largest:
         raise PretravelError(
@@ -280,23 +280,27 @@ def _refuse_diameters(
         )
 
 
-def _refuse_inches(
+def _refuse_other_unit(
     fitted_radius: float, expected: float, setup: QualificationSetup, source: str
 ) -> None:
     other = (
         "the diameters look like inches (give them in mm), or coordinates in mm were taken as "
         "inches (give the unit mm)"
     )
+    named = "name the unit in the titles of their columns"
     for factor, story in (
         (1.0 / INCH, "the coordinates look like inches: give the unit inch"),
         (INCH, other),
+        (1e3, f"the coordinates look like µm: {named} (X [µm])"),
+        (1e-3, f"the coordinates look like metres: {named} (X [m])"),
     ):
         if abs(fitted_radius / (expected * factor) - 1.0) < 0.02:
             raise PretravelError(
                 f"{source}the touches lie on a {setup.reference} of diameter "
-                f"{2 * fitted_radius:.4f} mm, but {2 * expected:.4f} mm was expected, {INCH:g} "
-                f"times {'as much' if factor < 1.0 else 'less'}: {story}",
-                inputs=("units",),
+                f"{2 * fitted_radius:.4f} mm, but {2 * expected:.4f} mm was expected, "
+                f"{max(factor, 1.0 / factor):g} times {'as much' if factor < 1.0 else 'less'}: "
+                f"{story}",
+                inputs=("units",) if "inch" in story else ("columns",),
             )
 
 

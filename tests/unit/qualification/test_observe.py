@@ -268,6 +268,16 @@ class TestInches:
         if tip is not None:
             assert f"25.4 times {'as much' if factor < 1.0 else 'less'}" in told
 
+    @pytest.mark.parametrize(("factor", "unit"), [(1e3, "µm"), (1e-3, "metres")])
+    def test_micrometres_and_metres(self, factor: float, unit: str) -> None:
+        touches = _touches()
+        told = _told(replace(touches, positions=touches.positions * factor))
+        assert f"1000 times {'as much' if factor < 1.0 else 'less'}: the coordinates" in told or (
+            "from the others" in told
+        )
+        centred = replace(touches, positions=(touches.positions - [10.0, 20.0, 30.0]) * factor)
+        assert f"look like {unit}" in _told(centred)
+
     @pytest.mark.parametrize(("off", "inches"), [(0.019, True), (0.021, False)])
     @pytest.mark.parametrize("sign", [1.0, -1.0])
     @pytest.mark.parametrize("factor", [25.4, 1.0 / 25.4])
