@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime, time, timedelta
+from functools import lru_cache
 from itertools import pairwise
 
 from pretravel.files.roles_of_columns import ColumnRoles
@@ -48,6 +49,7 @@ _MONTHS = {
 _SECONDS = re.compile(r"1\d{9}(?:\d{3})?(?:\.\d{1,9})?")
 """Seconds or milliseconds since 1970."""
 _MILLISECONDS = 1e11
+_EPOCH = datetime(1970, 1, 1)
 _ONE_SERIES = timedelta(days=1)
 _HALF_A_DAY = 43_200.0
 _MOST_BACK = 0.2
@@ -133,7 +135,7 @@ def _of_a_line(text: TextTable) -> RowTimes:
     if len(found) != 1:
         return RowTimes()
     (line, cell), where = found[0], f"line {found[0][0]}"
-    (moment,), unclear = _moments([cell])
+    (moment,), unclear = _moments((cell,))
     return RowTimes(moment, moment, where, (), f"line {line}: {unclear}" if unclear else "")
 
 
@@ -143,7 +145,8 @@ def _timed_columns(text: TextTable, used: set[int]) -> Iterator[tuple[int, str]]
             yield i, title
 
 
-def _moments(cells: Sequence[str]) -> tuple[list[datetime | None], str]:
+@lru_cache(maxsize=4)  # of one table, of which several things are asked
+def _moments(cells: tuple[str, ...]) -> tuple[list[datetime | None], str]:
     """The moment of each cell, and why they are not known where day and month can be exchanged."""
     found = [_DATE.fullmatch(cell.strip()) for cell in cells]
     pairs = [(int(one["a"]), int(one["b"])) for one in found if one and one["a"]]
@@ -259,15 +262,14 @@ def _out_of_order(text: TextTable, roles: ColumnRoles) -> Iterator[str]:
         return
 
 
-def _comparable(cells: Sequence[str]) -> list[tuple[str, float] | None]:
+def _comparable(cells: tuple[str, ...]) -> list[tuple[str, float] | None]:
     """Each time in seconds, with what it counts from; None of what is not a time."""
     moments, _ = _moments(cells)
     found: list[tuple[str, float] | None] = []
     for cell, moment in zip(cells, moments, strict=True):
-        clock = _clock(cell)
         if moment is not None:
-            found.append(("date", moment.timestamp()))
-        elif clock is not None:
+            found.append(("date", (moment - _EPOCH).total_seconds()))
+        elif (clock := _clock(cell)) is not None:
             found.append(("clock", 3600.0 * clock.hour + 60.0 * clock.minute + clock.second))
         else:
             found.append(_number(cell))

@@ -54,6 +54,8 @@ def one_word(touches: Touches, column: str) -> str:
 
 _HEAD = re.compile(r"A(-?\d+(?:\.\d+)?)[ _/]?B(-?\d+(?:\.\d+)?)", re.IGNORECASE)
 """Angles of an indexing head in the name of a tip, as in T1A90B0."""
+_TOOL = re.compile(r"^(?:t|tool|tip|stylus|probe|werkzeug|taster)?[\s_#:.-]*+0*+(?=\d)")
+"""Before the number of a tip: T05 is 5."""
 _ANGLES = re.compile(r"-?\d+(?:\.\d+)?")
 
 
@@ -68,7 +70,7 @@ def _head(tip: str, orientation: str) -> tuple[float, ...] | str:
 def _refuse_other_tip(touches: Touches, pretravel_map: PretravelMap) -> None:
     """Refuse touches of a tip of another name than that of the map, apart from angles of a head."""
     mine, other = one_word(touches, "tip"), pretravel_map.provenance.tip
-    names = [_HEAD.sub("", tip).strip().casefold() for tip in (mine, other)]
+    names = [_TOOL.sub("", _HEAD.sub("", tip).strip().casefold()) for tip in (mine, other)]
     if mine and other and names[0] != names[1]:
         raise PretravelError(
             f"the touches are of tip {mine}, the map is of tip {other}: another stylus has another "
