@@ -102,7 +102,8 @@ DEVIATION_OF_FORM = QuantityRange(0.0, 0.1, "mm")
 """Of a reference."""
 NOISE = QuantityRange(0.0, 10.0, "mm")
 PRETRAVEL = QuantityRange(-1e3, 1e3, "mm")
-FEED = QuantityRange(1e-9, 1e6, "mm/min")
+FEED = QuantityRange(0.5, 1e6, "mm/min")
+"""A smaller one was typed in m/min: at 0.5 mm/min, 10 µm of pretravel take more than a second."""
 FEED_OR_NONE = QuantityRange(0.0, 1e6, "mm/min")
 """Zero where the delay travel was subtracted."""
 DELAY = QuantityRange(0.0, 10.0, "s")

@@ -16,6 +16,7 @@ from .csv_table import read_csv_table as read_csv_table
 from .csv_table import write_csv_table as write_csv_table
 from .file_dates import DatedFile as DatedFile
 from .file_dates import dated_file as dated_file
+from .file_dates import time_of_touches as time_of_touches
 from .file_format import ALL as ALL
 from .file_format import FeatureResult as FeatureResult
 from .file_format import FileFormat as FileFormat

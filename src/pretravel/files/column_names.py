@@ -39,7 +39,7 @@ LENGTH_UNITS = {"mm": 1.0, "inch": 25.4, "µm": 1e-3, "cm": 10.0, "m": 1e3, "tho
 """Millimetres in the units of length that a column can state."""
 FEED_UNITS = {"mm/min": 1.0, "inch/min": 25.4, "mm/s": 60.0, "m/min": 1e3, "inch/s": 1524.0}
 """Millimetres per minute in the units that a column of feeds can state."""
-ANGLE_UNITS = {"deg": DEGREE}
+ANGLE_UNITS = {"deg": DEGREE, "rad": 1.0}
 """Radians in the units that a column of angles can state."""
 
 _UNIT_WORDS = {
@@ -55,6 +55,7 @@ _UNIT_WORDS = {
     "mm/s": "mm/s mm_s mm/sec",
     "m/min": "m/min m_min",
     "deg": "deg ° degree degrees",
+    "rad": "rad radian radians",
     "1": "1 - –",
 }
 _UNITS = {word: unit for unit, words in _UNIT_WORDS.items() for word in words.split()}

@@ -1,13 +1,19 @@
-"""The dates of files: from their names, else from when they were last changed."""
+"""The dates of files: from their names or their rows, else from when they were last changed."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 
 from pretravel.base import InputError
+from pretravel.files.format_registry import format_of
+from pretravel.files.source_file import SourceFile, opened
+from pretravel.files.table_formats import CSV
+from pretravel.files.text_table import read_text_table
+from pretravel.files.times_of_rows import RowTimes, row_times
 
 _OTHER_DATE = r"(?!\d{4}[-_.]?\d\d[-_.]?\d\d)"
 _TIME = (
@@ -17,6 +23,8 @@ _TIME = (
 )
 _YEAR_FIRST = re.compile(r"(?<!\d)((?:19|20)\d\d)([-_.]?)(\d\d)\2(\d\d)" + _TIME)
 _DAY_FIRST = re.compile(r"(?<!\d)(\d\d)([-_.])(\d\d)\2((?:19|20)\d\d)" + _TIME)
+
+_ONE_DAY = timedelta(days=1)
 
 
 @dataclass(frozen=True)
@@ -29,12 +37,19 @@ class DatedFile:
     moment : datetime
         Without a time zone, as the name states it or as the clock here shows it.
     from_name : bool
-        Whether the name states it; else it is when the file was last changed.
+        Whether the name states it.
+    from_rows : str
+        The columns or the line that state it, where the name does not. Without both it is when the
+        file was last changed.
+    unclear : str
+        Why a date of the rows was not used.
     """
 
     path: Path
     moment: datetime
     from_name: bool
+    from_rows: str = ""
+    unclear: str = ""
 
 
 def dated_file(path: Path) -> DatedFile:
@@ -53,7 +68,8 @@ def dated_file(path: Path) -> DatedFile:
     Raises
     ------
     InputError
-        The name contains two dates, or one with the month before the day; the file does not exist.
+        The name contains two dates, or one with the month before the day, or another day than the
+        rows of the table; the file does not exist.
 
     >>> dated_file(Path("sphere_2026-03-14_0630.csv")).moment.isoformat()
     '2026-03-14T06:30:00'
@@ -68,13 +84,71 @@ def dated_file(path: Path) -> DatedFile:
             "touches remains",
             path=path,
         )
+    times = times_of_file(path) if path.is_file() else RowTimes()
     if found:
-        return DatedFile(path, found.pop(), from_name=True)
+        moment = found.pop()
+        _refuse_other_day(path, moment, times)
+        return DatedFile(path, moment, from_name=True)
+    if times.first is not None:
+        return DatedFile(path, times.first, from_name=False, from_rows=times.where)
     try:
         changed = path.stat().st_mtime
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", path=path) from None
-    return DatedFile(path, datetime.fromtimestamp(changed), from_name=False)
+    changed_at = datetime.fromtimestamp(changed)
+    return DatedFile(path, changed_at, from_name=False, unclear=times.unclear)
+
+
+def times_of_file(source: Path | str | SourceFile) -> RowTimes:
+    """When the rows of a file were touched; nothing of a file that is not a table of text.
+
+    Parameters
+    ----------
+    source : Path or str or SourceFile
+    """
+    file = opened(source)
+    try:
+        return row_times(read_text_table(file)) if format_of(file) is CSV else RowTimes()
+    except InputError:  # which is said where the touches are read
+        return RowTimes()
+
+
+def time_of_touches(paths: Sequence[Path]) -> tuple[datetime | None, str]:
+    """When the last of the touches of files were made, by their rows, and what is to be said.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+
+    Returns
+    -------
+    datetime or None
+        None where not all files state it.
+    str
+        Why one that is stated is not used.
+    """
+    found = [times_of_file(path) for path in paths]
+    unclear = next((times.unclear for times in found if times.unclear), "")
+    known = [times.last for times in found if times.last is not None]
+    if unclear or len(known) < len(found) or not known:
+        return None, ""  # said where they are read
+    last = max(known)
+    if last > datetime.now() + _ONE_DAY:
+        return None, f"{found[0]}: this is after today, and not used as the time of the entry"
+    return last, ""
+
+
+def _refuse_other_day(path: Path, moment: datetime, times: RowTimes) -> None:
+    """Refuse a date in the name that is another one than that of the rows."""
+    if times.first is None or times.last is None:
+        return
+    if times.first - _ONE_DAY <= moment <= times.last + _ONE_DAY:
+        return
+    raise InputError(
+        f"its name has the date {moment:%Y-%m-%d}, and its rows were {times}: one of them is "
+        "wrong. Correct it",
+        path=path,
+    )
 
 
 def _moments(path: Path) -> list[datetime]:

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from pretravel.files.column_names import names_known_columns, unit_of
+from pretravel.files.column_names import column_name, names_known_columns, unit_of
 from pretravel.files.csv_table import cell_content
 from pretravel.files.row_statements import Record
 from pretravel.files.words_of_lines import APART, NUMERAL, together
@@ -253,6 +253,34 @@ def plain_number(cell: str) -> tuple[str, str]:
         return cell, ""
     sign = "-" if found[2] and found[2] != "+" else ""
     return sign + found[1], unit_of(found[3] or "") or ""
+
+
+_ADDRESS = re.compile(r"([A-Za-z])\s*+[=:]?+\s*+(?=[-+−.\d])")
+_ADDRESSES = {
+    **{axis: axis.upper() for axis in "xyzabc"},
+    **{f"n{axis}": letter for axis, letter in zip("xyz", "IJK", strict=True)},
+    "feed": "F",
+    "spindle": "SCR",
+}
+"""Letters of words of controls, by the role of the column in which they stand."""
+
+
+def without_addresses(names: Sequence[str], rows: Sequence[list[str]]) -> None:
+    """Take the letters of words, X1.5 under X or F100 under Feed, from the cells of all rows.
+
+    >>> rows = [["X1.5", "F100", "P1"], ["X-2", "F50", "P2"]]
+    >>> without_addresses(["X", "Feed", "Point"], rows)
+    >>> rows
+    [['1.5', '100', 'P1'], ['-2', '50', 'P2']]
+    """
+    for i, title in enumerate(names):
+        letters = _ADDRESSES.get(column_name(title).role or "", "")
+        if not letters or any(IS_NUMBER.fullmatch(row[i]) for row in rows[:1]):
+            continue
+        found = [_ADDRESS.match(row[i]) for row in rows]
+        if all(word is not None and word[1].upper() in letters for word in found):
+            for row, word in zip(rows, found, strict=True):
+                row[i] = row[i][word.end() :] if word else row[i]
 
 
 def is_number_cell(cell: str) -> bool:

@@ -24,7 +24,7 @@ _BOUNDS: Mapping[str, tuple[float, float]] = {
     "stem_diameter": (0.02, 50.0),
     "stylus_length": (1.0, 1000.0),
     "body_diameter": (0.1, 500.0),
-    "measuring_feed": (0.1, 3000.0),
+    "measuring_feed": (0.5, 3000.0),
     "positioning_feed": (1.0, 60000.0),
     "travel_feed": (1.0, 60000.0),
     "acceleration": (1.0, 1e6),

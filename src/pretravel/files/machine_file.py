@@ -153,7 +153,7 @@ def read_machine(path: str | Path) -> Machine:
     document = read_toml(path, "machine file", "pretravel machine > mill.toml writes one to edit")
     tables = _STRUCTURE.make(document, _Tables)
     try:
-        return Machine(
+        machine = Machine(
             **vars(tables.machine),
             **_probe(tables.probe, document),
             **vars(tables.feeds),
@@ -164,6 +164,14 @@ def read_machine(path: str | Path) -> Machine:
         )
     except PretravelError as error:
         raise document.error(str(error), *_place(error.inputs)) from None
+    measuring, positioning = machine.measuring_feed, machine.positioning_feed
+    if measuring > positioning:
+        raise document.error(
+            f"the measuring feed, {measuring:g} mm/min, is larger than the positioning feed, "
+            f"{positioning:g} mm/min: are the two exchanged?",
+            *_place(("measuring_feed",)),
+        )
+    return machine
 
 
 def _probe(table: _ProbeTable, document: TomlDocument) -> dict[str, Any]:

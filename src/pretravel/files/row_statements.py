@@ -258,6 +258,11 @@ _THINGS = (
 """What a comment between rows can state or change."""
 _A_FEED = r"\b(?:feed|vorschub|avance)(?:rate)?\W*(?:[:=]\W*)?\d"
 _ANGLES = r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$"
+_TURN = (
+    r"\bspind(?:le|el)\b\W*(?:(?:angle|orientation|winkel|position|turned|now|is|at|to|auf|[ACRS])"
+    r"\W*){0,4}[-+]?\d++(?:[.,]\d++)?+(?!\s*(?:rpm|1/min|u/min|min))"
+)
+"""The spindle at an angle; at a speed it is not touching."""
 _CHANGES_ROWS = (
     rf"\b{_THINGS}(?:\s?(?:no|nr|number|nummer|name|id)\b\.?)?\s*"
     rf"(?:[:=#]|[A-Z]?\d|[A-Z]\b(?!\W+\w)|\bis (?:now )?\w*\d)|"
@@ -272,7 +277,8 @@ _CHANGES_ROWS = (
     r"\bclamp(?:ed|ing)?\W+(?:(?:it|the part)\W+)?(?:again|over)\b|"
     r"\b\d+(?:[.,]\d+)? ?mm (?:ball|tip|stylus|kugel|taster)\b|"
     r"^\W*(?:fast|slow|schnell|langsam)(?:ly)?(?: (?:pass|touch)\w*)?\W*$|"
-    r"^\W*T\d+\b|"
+    r"^\W*T\d+\b|\bM0?6\b|\bM0?19\W*[A-Z]\W?[-+]?\d|\bSPOS\b|"
+    rf"{_TURN}|"
     rf"{_A_FEED}|"
     rf"{_ANGLES}|"
     r"\b[ABC]\W(?:axis|achse)\b|\b(?:axis|achse)\W[ABC]\b|"

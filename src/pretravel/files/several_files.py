@@ -19,6 +19,7 @@ from pretravel.files.source_file import first_few
 from pretravel.touches import (
     WORD_COLUMNS,
     Touches,
+    certain_copies,
     copied_rows_warnings,
     rows_in_a_row_warnings,
 )
@@ -101,7 +102,7 @@ def read_series(
         )
     if len(paths) == 1:
         only = _at(read_readings(paths[0], options, file_format=file_format), angles[0])
-        return replace(only, warnings=(*only.warnings, *_copied(only.touches)))
+        return _each_once(only, options)
     options = options or ReadingOptions()
     own = [tuple(n for n in options.exclude if _is_line_of(n, path)) for path in paths]
     found = [
@@ -128,7 +129,7 @@ def read_series(
     kept = touches.without(rest)
     if rest:
         kept = replace(kept, reading=f"{kept.reading}; then excluded: {', '.join(rest)}")
-    return FileReadings(
+    read = FileReadings(
         kept,
         missed=tuple(
             f"{path.stem}.{label}"
@@ -139,8 +140,7 @@ def read_series(
             f"{name}: {warning}"
             for name, readings in zip(names, found, strict=True)
             for warning in readings.warnings
-        )
-        + _copied(kept),
+        ),
         tip_radius=found[0].tip_radius,
         unfinished="; ".join(
             f"{name}: {readings.unfinished}"
@@ -149,6 +149,7 @@ def read_series(
         ),
         normals_taken=any(readings.normals_taken for readings in found),
     )
+    return _each_once(read, options)
 
 
 def _refuse_different(
@@ -166,9 +167,26 @@ def _refuse_different(
             )
 
 
-def _copied(touches: Touches) -> tuple[str, ...]:
-    said = copied_rows_warnings(touches.positions, touches.where)
-    return (*said, *rows_in_a_row_warnings(touches.positions))
+def _each_once(readings: FileReadings, options: ReadingOptions | None) -> FileReadings:
+    """The readings, of a reference without copies of others; elsewhere copies are named.
+
+    On a part one touch can be of two features, with a label for each.
+    """
+    touches = readings.touches
+    said = []
+    if options is not None and options.reference_diameter is not None:
+        copies = certain_copies(touches.positions)
+        if copies.any():
+            first = touches.where(int(np.flatnonzero(copies)[0]))
+            said.append(
+                f"{int(copies.sum())} of {len(touches)} rows, the first {first}, are copies of "
+                "others to the last digit that is written: each reading is counted once. Was a log "
+                "given or appended twice? A simulation without noise repeats so, too"
+            )
+            touches = touches.take(~copies)
+    said += copied_rows_warnings(touches.positions, touches.where)
+    said += rows_in_a_row_warnings(touches.positions)
+    return replace(readings, touches=touches, warnings=(*readings.warnings, *said))
 
 
 def _at(readings: FileReadings, angle: float | None) -> FileReadings:

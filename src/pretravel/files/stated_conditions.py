@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from datetime import UTC, datetime, time
-from itertools import pairwise
 
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
@@ -335,68 +333,6 @@ def _refuse_other_units(text: TextTable, roles: ColumnRoles, unit: str) -> None:
                     text.lines[row],
                     inputs=("units",),
                 )
-
-
-def out_of_order(text: TextTable, roles: ColumnRoles) -> tuple[str, ...]:
-    """A sentence where a column of times says that the rows are not in their order.
-
-    Parameters
-    ----------
-    text : TextTable
-    roles : ColumnRoles
-    """
-    for i, name in _other_columns(text, roles):
-        if not _TIME.fullmatch(name):
-            continue
-        times = [_time(cell) for cell in text.column(i)]
-        back = [
-            row
-            for row, (before, after) in enumerate(pairwise(times), start=1)
-            if before is not None and after is not None and _earlier(after, before)
-        ]
-        numbers = all(each is not None and each[0] == "number" for each in times)
-        if not back or (numbers and len(back) > _MOST_BACK * len(times)):  # durations of touches
-            continue
-        row, cells = back[0], text.column(i)
-        where = f"line {text.lines[row]}: {text.title(i)} is {cells[row]}, earlier than"
-        meant = (
-            "drift and first touch depend on the order, which is that of the rows: sort the rows"
-        )
-        return (f"{where} {cells[row - 1]} in the row before: {meant}",)
-    return ()
-
-
-_TIME = re.compile(
-    r"(?:time|timestamp|date|datetime|date[ _]time|zeit|zeitstempel|datum|uhrzeit|heure|hora|ora)"
-    r"(?:[ _]?(?:s|utc|\(s\)|\[s\]))?"
-)
-_HALF_A_DAY = 43_200.0
-_MOST_BACK = 0.2
-
-
-def _time(cell: str) -> tuple[str, float] | None:
-    """A time in seconds, with what it counts from; None of what is no time."""
-    number = _number(cell)
-    if number is not None:
-        return "number", number
-    try:
-        clock = time.fromisoformat(cell.strip())
-    except ValueError:
-        pass
-    else:
-        return "clock", 3600.0 * clock.hour + 60.0 * clock.minute + clock.second
-    try:
-        moment = datetime.fromisoformat(cell.strip())
-    except ValueError:
-        return None
-    return "date", moment.replace(tzinfo=moment.tzinfo or UTC).timestamp()
-
-
-def _earlier(after: tuple[str, float], before: tuple[str, float]) -> bool:
-    """Whether a time is earlier; a clock that passes midnight is not."""
-    if after[0] != before[0] or after[1] >= before[1]:
-        return False
-    return after[0] != "clock" or before[1] - after[1] < _HALF_A_DAY
 
 
 def _other_columns(text: TextTable, roles: ColumnRoles) -> Iterator[tuple[int, str]]:

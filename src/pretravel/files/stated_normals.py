@@ -307,6 +307,10 @@ def with_ring_normals(found: FilePositions, *, pin: bool = False) -> FileReading
     return FileReadings(touches, found.misses(), warnings=(*found.warnings, warning))
 
 
+_IN_MICROMETRES = 100.0
+"""Diameters of the reference, from which positions in µm are apart."""
+
+
 def _fitted_center(
     found: FilePositions, reference_diameter: float
 ) -> tuple[FloatArray, float, float]:
@@ -322,6 +326,14 @@ def _fitted_center(
     fit = None
     for _ in range(3):
         if used.sum() < _FEWEST:
+            extent = float(np.ptp(positions, axis=0).max())
+            if extent > _IN_MICROMETRES * reference_diameter:
+                raise PretravelError(
+                    f"{found.path}: the positions are up to {extent:.4g} mm apart, on a reference "
+                    f"of {reference_diameter:g} mm: if they are in µm, name the unit in the titles "
+                    "of their columns (X [µm])",
+                    inputs=("columns",),
+                )
             raise PretravelError(
                 f"{found.path}: the file has no normals, and {int(used.sum())} touches on the "
                 f"sphere are too few to compute them; at least {_FEWEST} are needed, or the plan "

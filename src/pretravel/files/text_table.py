@@ -33,6 +33,7 @@ from pretravel.files.lines_of_tables import (
     separator_of,
     split_cells,
     with_groups,
+    without_addresses,
 )
 from pretravel.files.row_statements import Record, changes_rows, comments_among
 from pretravel.files.source_file import COUNTED, SourceFile, shortened
@@ -164,11 +165,13 @@ def read_text_table(
     separator = separator_of(plain, fewest) if stated is None else stated[1]
     if separator is None:
         raise file.error(not_a_table([plain[0][1]]), plain[0][0])
-    comments += [] if separator == ";" else [r for r in plain if r[1].startswith(";")]
+    # In a table with semicolons one of them begins an empty cell, or a comment of one cell.
+    noted = re.compile(r";[^;]*[A-Za-z][^;]*" if separator == ";" else ";.*", re.DOTALL)
+    comments += [record for record in plain if noted.fullmatch(record[1])]
     split = [
         (number, split_cells(line, separator))
         for number, line in _counted(plain, file.name, "rows")
-        if separator == ";" or not line.startswith(";")
+        if not noted.fullmatch(line)
     ]
     split = [(number, cells) for number, cells in split if any(cells)]
     split = _header_in_wide_blanks(split, dict(plain), separator, fewest)
@@ -279,6 +282,7 @@ def _table(
         _refuse_second_header(file, split[header][1], body)
         _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
+    without_addresses(names or (), rows)
     rows, units = _without_units(file, rows, [number for number, _ in body], units)
     among = comments_among(file, comments, [number for number, _ in body], _is_row(separator))
     titles = tuple((number, " ".join(cells)) for number, cells in before)

@@ -7,8 +7,9 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pretravel.base import DEGREE, InputError
+from pretravel.base import InputError
 from pretravel.files.column_names import (
+    ANGLE_UNITS,
     FEED_UNITS,
     FRAME_ROLE,
     LENGTH_ROLES,
@@ -32,13 +33,13 @@ from pretravel.files.row_statements import conditions_not_read, nothing_measured
 from pretravel.files.rows_of_touches import rows_of_touches, verdicts, with_travel
 from pretravel.files.source_file import SourceFile
 from pretravel.files.stated_conditions import (
-    out_of_order,
     refuse_contradictions,
     tip_not_used,
     unit_of_rows,
 )
 from pretravel.files.tables import read_parquet_table
 from pretravel.files.text_table import TextTable, read_text_table
+from pretravel.files.times_of_rows import row_times, times_said
 from pretravel.touches import WORD_COLUMNS
 
 NO_UNIT = "unit"
@@ -175,7 +176,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         frame=frame,
         notes=(
             *conditions_not_read(text.before),
-            *out_of_order(text, roles),
+            *times_said(text, roles),
             *unknown_lines(text.among),
             *_deviations_alone(text, roles),
             *left_out,
@@ -440,7 +441,7 @@ def _scale(role: str, roles: ColumnRoles, unit: _Unit | None) -> float:
     if role == "feed":
         return scale * FEED_UNITS[_feed_unit(roles, unit)]
     if role == "spindle":
-        return scale * DEGREE
+        return scale * ANGLE_UNITS[roles.units.get(role, "deg")]
     return scale
 
 
@@ -550,7 +551,10 @@ def _sentence(text: TextTable, roles: ColumnRoles, unit: _Unit | None, decimal: 
         parts.append(f"label={_shown(text, roles, 'label')}")
     elif set(POSITION_ROLES) <= set(roles.index):
         parts.append("no labels: numbered")
-    rest = [text.title(i) for i in _other_columns(text, roles)]
+    times = row_times(text, roles.used)
+    if times.first is not None:
+        parts.append(str(times))
+    rest = [text.title(i) for i in _other_columns(text, roles) if i not in times.columns]
     if rest:
         parts.append(f"not read: {', '.join(rest[:8])}{' …' if len(rest) > 8 else ''}")
     if text.preamble:

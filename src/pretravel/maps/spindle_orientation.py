@@ -54,6 +54,8 @@ def one_word(touches: Touches, column: str) -> str:
 
 _HEAD = re.compile(r"A(-?\d+(?:\.\d+)?)[ _/]?B(-?\d+(?:\.\d+)?)", re.IGNORECASE)
 """Angles of an indexing head in the name of a tip, as in T1A90B0."""
+_TOOL = re.compile(r"^(?:t|tool|tip|stylus|probe|werkzeug|taster)?[\s_#:.-]*+0*+(?=\d)")
+"""Before the number of a tip: T05 is 5."""
 _ANGLES = re.compile(r"-?\d+(?:\.\d+)?")
 
 
@@ -65,20 +67,21 @@ def _head(tip: str, orientation: str) -> tuple[float, ...] | str:
     return tuple(map(float, angles)) or own.strip().casefold()
 
 
-def tip_note(touches: Touches, pretravel_map: PretravelMap) -> str:
-    """A sentence where touches and map state tips of two names, or one of them alone states how
-    the head is turned; empty where nothing differs.
-    """
+def _refuse_other_tip(touches: Touches, pretravel_map: PretravelMap) -> None:
+    """Refuse touches of a tip of another name than that of the map, apart from angles of a head."""
     mine, other = one_word(touches, "tip"), pretravel_map.provenance.tip
-    if not (mine and other) or mine.casefold() == other.casefold():
-        return _head_note(touches, pretravel_map)
-    return (
-        f"the touches are of tip {mine}, the map is of tip {other}: another stylus has another "
-        "pretravel. Qualify it, or give both one name"
-    )
+    names = [_TOOL.sub("", _HEAD.sub("", tip).strip().casefold()) for tip in (mine, other)]
+    if mine and other and names[0] != names[1]:
+        raise PretravelError(
+            f"the touches are of tip {mine}, the map is of tip {other}: another stylus has another "
+            "pretravel. Give the map of this tip. If both are one tip, give it one name in both "
+            "files, or leave the column of a table out (tip=none)",
+            inputs=("map_file", "columns"),
+        )
 
 
-def _head_note(touches: Touches, pretravel_map: PretravelMap) -> str:
+def tip_note(touches: Touches, pretravel_map: PretravelMap) -> str:
+    """A sentence where touches or map alone state how the head is turned; else empty."""
     made = pretravel_map.provenance
     mine = _head(one_word(touches, "tip"), one_word(touches, "orientation"))
     other = _head(made.tip, made.orientation)
@@ -133,7 +136,7 @@ def _refuse_reversal(touches: Touches, pretravel_map: PretravelMap) -> None:
 
 
 def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> None:
-    """Refuse touches at another orientation of spindle or head than that of the map.
+    """Refuse touches of another tip, or at another orientation of spindle or head, than the map.
 
     Raises
     ------
@@ -153,6 +156,7 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
             "pretravel with it. Qualify the probe in this orientation",
             inputs=("map_file",),
         )
+    _refuse_other_tip(touches, pretravel_map)
     made_at = made.spindle_deg
     if touches.spindle is None:
         return

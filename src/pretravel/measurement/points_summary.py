@@ -169,7 +169,7 @@ class TouchSummary:
     states_spindle : bool
         Whether the touches state the orientation of the spindle.
     other_tip : str
-        A sentence where they state another tip than the map.
+        A sentence where they or the map alone state how the head is turned.
     scatter : ScatterOnPart
         Of repeated places and plane faces.
     by_friction : float

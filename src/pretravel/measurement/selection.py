@@ -113,6 +113,8 @@ def _refuse_labels(
     for place, pattern in enumerate(patterns):
         if place not in matched:
             shown = ", ".join(labels[:_SHOWN]) + ("…" if len(labels) > _SHOWN else "")
+            if ".." in pattern:
+                shown += ". Numbers choose labels that are numbers"
             raise PretravelError(
                 f"no label of the {len(labels)} points matches '{pattern}'; there are {shown}",
                 inputs=("select",),

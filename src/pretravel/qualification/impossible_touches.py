@@ -174,6 +174,13 @@ def _refuse_false_trips(
             + (f" ({len(wrong)} touches are like that)" if len(wrong) > 1 else ""),
             inputs=("exclude",),
         )
+    if len(wrong):
+        raise PretravelError(
+            f"{source}the touches do not lie on one {setup.reference}: {len(wrong)} of "
+            f"{len(touches)} are up to {np.abs(off).max():.4g} mm off the fitted one. Are touches "
+            "of two references, tips or coordinate systems in one log, are its axes in different "
+            "units, or is X a diameter (as on a lathe)?"
+        )
 
 
 def _single_stray(
@@ -260,7 +267,7 @@ def _refuse_diameters(
         _refuse_implied_tip(implied, fitted_radius, setup, source)
         return
     expected = radius + sign * tip
-    _refuse_inches(fitted_radius, expected, setup, source)
+    _refuse_other_unit(fitted_radius, expected, setup, source)
     pretravel = sign * (expected - fitted_radius)
     if not SMALLEST_PRETRAVEL <= pretravel <= largest:
         raise PretravelError(
@@ -273,23 +280,27 @@ def _refuse_diameters(
         )
 
 
-def _refuse_inches(
+def _refuse_other_unit(
     fitted_radius: float, expected: float, setup: QualificationSetup, source: str
 ) -> None:
     other = (
         "the diameters look like inches (give them in mm), or coordinates in mm were taken as "
         "inches (give the unit mm)"
     )
+    named = "name the unit in the titles of their columns"
     for factor, story in (
         (1.0 / INCH, "the coordinates look like inches: give the unit inch"),
         (INCH, other),
+        (1e3, f"the coordinates look like µm: {named} (X [µm])"),
+        (1e-3, f"the coordinates look like metres: {named} (X [m])"),
     ):
         if abs(fitted_radius / (expected * factor) - 1.0) < 0.02:
             raise PretravelError(
                 f"{source}the touches lie on a {setup.reference} of diameter "
-                f"{2 * fitted_radius:.4f} mm, but {2 * expected:.4f} mm was expected, {INCH:g} "
-                f"times {'as much' if factor < 1.0 else 'less'}: {story}",
-                inputs=("units",),
+                f"{2 * fitted_radius:.4f} mm, but {2 * expected:.4f} mm was expected, "
+                f"{max(factor, 1.0 / factor):g} times {'as much' if factor < 1.0 else 'less'}: "
+                f"{story}",
+                inputs=("units",) if "inch" in story else ("columns",),
             )
 
 
@@ -345,12 +356,30 @@ def _likely_mistake(
             "The touches lie around a pin of this diameter, not in a ring. A qualification, also "
             "with an old map, takes a pin; a verification takes spheres and rings"
         )
+    if abs(implied + tip) < _WRONG_RADIUS:
+        return (
+            "The tip's radius was subtracted twice from these positions, perhaps; tip-centre "
+            "positions are needed"
+        )
     if abs(implied - 2.0 * tip) < _WRONG_RADIUS:
-        return "Was the tip's radius given as its diameter?"
+        return (
+            "Was the tip's radius given as its diameter, or added to the positions? Tip-centre "
+            "positions are needed"
+        )
+    if abs(implied - 0.5 * tip) < _WRONG_RADIUS:
+        return f"Is {2 * tip:g} mm twice the tip's diameter? With {tip:g} mm it fits"
+    if abs(implied - 3.0 * tip) < _WRONG_RADIUS:
+        return "The tip's radius was added twice to these positions, perhaps"
     if abs(fitted_radius - sign * tip - setup.diameter) < _WRONG_RADIUS:
         return f"Was the {setup.reference}'s radius given as its diameter?"
+    if abs(fitted_radius - sign * tip - 0.25 * setup.diameter) < _WRONG_RADIUS:
+        return (
+            f"Is {setup.diameter:g} mm twice the diameter of the {setup.reference}? With "
+            f"{0.5 * setup.diameter:g} mm it fits"
+        )
+    rest = 2 * (fitted_radius - sign * tip)
+    measured = f". With this tip the {setup.reference} would measure {rest:.4f} mm"
     return (
         f"Check the diameter of the {setup.reference} ({setup.diameter:.4f} mm) and that of the "
-        f"tip ({2 * tip:.4f} mm). With this tip the {setup.reference} would measure "
-        f"{2 * (fitted_radius - sign * tip):.4f} mm"
+        f"tip ({2 * tip:.4f} mm){measured if rest > 0.0 else ''}"
     )

@@ -8,11 +8,12 @@ from pretravel.base import (
     DEGREE,
     MICROMETRE,
     FloatArray,
+    azimuth_angle,
     describe,
+    from_angles,
     polar_angle,
 )
 from pretravel.maps import (
-    BEFORE_CONTACT,
     IMPLAUSIBLE_PRETRAVEL,
     Observation,
     PretravelMap,
@@ -36,6 +37,12 @@ _IN_A_PLANE = 0.01
 were chosen leave a fifth or more."""
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
+_WALLS = 80.0 * DEGREE
+"""Touches that do not reach this polar angle say nothing of the walls of a part. [rad]"""
+_USUAL_GAP = 100.0 * DEGREE
+"""Between azimuths of patterns, which have four or more. [rad]"""
+_BEFORE_CONTACT = 1.0 * MICROMETRE
+"""What the diameters of a reference and a tip can be wrong by, as calibrated. [mm]"""
 
 _THROUGH_THE_SPHERE = 150.0 * DEGREE
 """A shank that is thinner than half of the sphere does not reach beyond. [rad]"""
@@ -112,11 +119,8 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             "azimuths, or turn every other ring by half a step"
         )
     largest_polar = float(polar_angle(observation.directions).max())
-    if not observation.ring and largest_polar < LOWEST_POLAR:
-        found.append(
-            f"the touches reach only to polar {largest_polar / DEGREE:.0f}°: a cap hardly "
-            "determines centre and effective radius; touch the sphere down to its equator"
-        )
+    if not observation.ring:
+        found += _coverage_warnings(pretravel_map, observation.directions, largest_polar)
     if not observation.ring and largest_polar > _THROUGH_THE_SPHERE:
         found.append(
             f"the touches reach to polar {largest_polar / DEGREE:.0f}°, where a stylus along the "
@@ -129,13 +133,8 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             "height along the axis is that of the least-squares sphere, usually 5 to 15 µm off"
         )
     directions, value, u = pretravel_map.over_support()
-    lowest, highest = int(np.argmin(value)), int(np.argmax(value))
-    if observation.tip_known and value[lowest] < -BEFORE_CONTACT - 3.0 * u[lowest]:
-        found.append(
-            f"pretravel falls to {value[lowest] / MICROMETRE:.1f} µm at "
-            f"{describe(directions[lowest])}, but no probe triggers before contact: "
-            "check the diameters of reference and tip, and the touches there"
-        )
+    highest = int(np.argmax(value))
+    found += filter(None, [before_contact(pretravel_map, tip_known=observation.tip_known)])
     if value[highest] > IMPLAUSIBLE_PRETRAVEL:
         found.append(
             f"pretravel rises to {value[highest] / MICROMETRE:.1f} µm at "
@@ -150,6 +149,62 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             f"{describe(directions[np.argmax(u)])}: touch the reference there too"
         )
     return found
+
+
+def before_contact(pretravel_map: PretravelMap, *, tip_known: bool) -> str:
+    """A sentence where a map has the probe trigger before contact; empty where it does not.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    tip_known : bool
+        Else the map is relative to its mean.
+    """
+    directions, value, u = pretravel_map.over_support()
+    lowest = int(np.argmin(value))
+    if not tip_known or value[lowest] >= -_BEFORE_CONTACT - 3.0 * u[lowest]:
+        return ""
+    return (
+        f"pretravel falls to {value[lowest] / MICROMETRE:.1f} µm at "
+        f"{describe(directions[lowest])}, but no probe triggers before contact: "
+        "check the diameters of reference and tip, and the touches there"
+    )
+
+
+def _coverage_warnings(
+    pretravel_map: PretravelMap, directions: FloatArray, largest_polar: float
+) -> list[str]:
+    """Whether a part of the sphere was not touched, as by a program that stopped."""
+    found = []
+    if largest_polar < LOWEST_POLAR:
+        found.append(
+            f"the touches reach only to polar {largest_polar / DEGREE:.0f}°: a cap hardly "
+            "determines centre and effective radius; touch the sphere down to its equator"
+        )
+    elif largest_polar < _WALLS:
+        found.append(
+            f"the touches reach only to polar {largest_polar / DEGREE:.0f}°: the map does not hold "
+            "for walls (polar 90°), and touches there are refused. Touch the sphere down to its "
+            "equator; did the program stop before?"
+        )
+    azimuths = np.sort(azimuth_angle(directions[polar_angle(directions) > _OFF_THE_POLE]))
+    gaps = np.diff(azimuths, append=azimuths[:1] + 2.0 * np.pi)
+    at = int(np.argmax(gaps)) if len(gaps) else 0
+    if len(gaps) and gaps[at] > _USUAL_GAP:
+        middle = from_angles(min(largest_polar, _WALLS), azimuths[at] + 0.5 * gaps[at])
+        if pretravel_map.support.supports(np.atleast_2d(middle))[0]:
+            return found
+        begin, end = azimuths[at] / DEGREE, azimuths[(at + 1) % len(azimuths)] / DEGREE
+        found.append(
+            f"no touch is between the azimuths {begin:.0f}° and {end:.0f}°: the map does not hold "
+            "there, and touches of a part there are refused. Touch all sides of the sphere; did "
+            "the program stop before?"
+        )
+    return found
+
+
+_OFF_THE_POLE = 20.0 * DEGREE
+"""Directions nearer to the pole have no azimuth to speak of. [rad]"""
 
 
 def _lobes_look_like_fewer(directions: FloatArray) -> bool:

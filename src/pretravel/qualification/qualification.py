@@ -29,6 +29,7 @@ from pretravel.maps import (
 )
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.machine_effects import MachineEffects
+from pretravel.qualification.map_warnings import before_contact
 from pretravel.qualification.outliers import Outlier
 from pretravel.touches import COARSE_STEP, Touches
 from pretravel.uncertainty import Budget, Component
@@ -210,13 +211,20 @@ class Qualification(ShownInNotebooks, WithPlot):
         return step >= COARSE_STEP and self.repeatability < 0.5 * step
 
     @property
+    def before_contact(self) -> str:
+        """A sentence where the map has the probe trigger before contact; else empty."""
+        return before_contact(self.pretravel_map, tip_known=self.fit.observation.tip_known)
+
+    @property
     def grade(self) -> Grade | None:
-        """Grade of the probe by the scatter of a single touch; None where repeats do not show it.
+        """Grade of the probe by the scatter of a single touch; None where it is not known.
+
+        Repeats do not show it, or the map is not one of a probe.
 
         Good is up to 0.5 µm, which makers of probes state; poor is above 1.5 µm.
         """
         repeated = self.fit.observation.repeats.dof > 0.0 and not self.copies
-        if not repeated or self.hidden_by_step:
+        if not repeated or self.hidden_by_step or self.before_contact:
             return None
         size = self.pretravel_map.single_touch
         return "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"

@@ -409,8 +409,15 @@ def other_reference(
 
 
 def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
-    if pretravel_map.delay is not None or pretravel_map.feed is None:
+    if pretravel_map.delay is not None or (pretravel_map.feed is None and touches.feeds is None):
         return []
+    if pretravel_map.feed is None:
+        return [
+            (
+                "the map does not state the feed of its touches: if it was another one than that "
+                "of these touches, this looks like a change of size. Qualify with the feed"
+            ),
+        ]
     if touches.feeds is None:
         return [
             (

@@ -52,6 +52,8 @@ def typed_numbers(
         numbers = []
     if len(numbers) != count or not all(math.isfinite(value) for value in numbers):
         advice = f"; {COMMAS_BETWEEN_NUMBERS}" if len(numbers) > count else ""
+        if 0 < len(numbers) < count:
+            advice = f", and {len(numbers)} came: also give those that do not matter, as 0"
         raise PretravelError(f"expected {expected}{advice}")
     checked_values(numbers, "one of the numbers", quantity)
     return numbers
@@ -74,7 +76,7 @@ class Vector(NamedTuple):
         >>> Vector.parse("0,0,1")
         Vector(x=0.0, y=0.0, z=1.0)
         """
-        return cls(*typed_numbers(text, 3, "three numbers x,y,z"))
+        return cls(*typed_numbers(text, 3, "three numbers x,y,z, such as 0,0,1"))
 
 
 class UnitVector(Vector):

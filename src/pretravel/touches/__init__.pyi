@@ -1,6 +1,7 @@
 """What other rooms use of this one."""
 
 from .copied_rows import EACH_ROW as EACH_ROW
+from .copied_rows import certain_copies as certain_copies
 from .copied_rows import copied_readings as copied_readings
 from .copied_rows import copied_rows_warnings as copied_rows_warnings
 from .copied_rows import rows_in_a_row_warnings as rows_in_a_row_warnings

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import MICROMETRE, FloatArray, IntArray
+from pretravel.base import MICROMETRE, BoolArray, FloatArray, IntArray
 from pretravel.touches.quantisation import quantisation_step
 
 EACH_ROW = "each row stands there "
@@ -169,6 +169,80 @@ def copied_rows(values: npt.ArrayLike) -> tuple[int, int, int]:
             if end - begin > found[2] and different >= fewest and (fine or whole):
                 found = begin, begin + apart, end - begin
     return found
+
+
+def certain_copies(values: npt.ArrayLike) -> BoolArray:
+    """Rows that are copies of others in any order, also rounded ones, and not alike by chance.
+
+    Parameters
+    ----------
+    values : (n, k) float
+        Positions of touches. [mm]
+
+    Returns
+    -------
+    (n,) bool
+        False everywhere where steps of the positions can make rows alike, or where each row stands
+        there several times one after the other, of which `rows_in_a_row` speaks.
+
+    >>> log = np.random.default_rng(1).random((13, 3))
+    >>> int(certain_copies(np.vstack([log, log[::-1].round(5)])).sum())
+    13
+    """
+    rows = np.asarray(values, dtype=np.float64)
+    found = np.zeros(len(rows), dtype=bool)
+    if len(rows) < 2 * _FEWEST_COARSE:
+        return found
+    step = quantisation_step(rows)
+    finest = step < _FINEST
+    again = _stand_there_before(rows)
+    number, counts = np.unique(rows, axis=0, return_inverse=True, return_counts=True)[1:]
+    often = int(np.gcd.reduce(counts))
+    if often > 1 and np.sum(again) >= _FEWEST_COARSE:
+        places = len(np.unique(np.round(rows / _ONE_PLACE), axis=0))
+        if step <= _COARSE or len(counts) > _READINGS_OF_A_PLACE * places:
+            found |= _earlier_ones(number.ravel()) >= counts[number.ravel()] // often
+    elif finest and all(end - begin >= _FEWEST_COARSE for begin, end in _runs(again)):
+        found |= again  # shorter runs are those of repeats that are alike by chance
+    for decimals in _DECIMALS if finest else ():
+        rounded = np.round(rows, decimals)
+        coarse = np.max(np.abs(rows - rounded), axis=1) < _EXACT
+        if coarse.all() or np.sum(coarse) < _FEWEST_COARSE:
+            continue
+        fine = {row.tobytes() for row in rounded[~coarse] + 0.0}
+        twins = np.array([row.tobytes() in fine for row in rounded + 0.0]) & coarse
+        if np.sum(twins) == np.sum(coarse):
+            found |= twins
+    return found
+
+
+_FINEST = 0.01 * MICROMETRE
+"""Steps of positions, also of encoders, in which single repeats are rarely alike. [mm]"""
+_ONE_PLACE = 0.02
+"""Touches of one place are closer. [mm]"""
+_READINGS_OF_A_PLACE = 1.5
+"""Different ones; in long steps all repeats of a place can be alike."""
+_DECIMALS = (4, 5, 6)
+"""Of copies that another program rounded; in steps of 1 µm real repeats are alike too often."""
+
+
+def _earlier_ones(number: IntArray) -> IntArray:
+    """How many rows before each have its number."""
+    order = np.argsort(number, kind="stable")
+    begins = np.searchsorted(number[order], number[order], side="left")
+    found = np.empty(len(number), dtype=np.int64)
+    found[order] = np.arange(len(number)) - begins
+    return found
+
+
+def _stand_there_before(rows: FloatArray) -> BoolArray:
+    """Rows that stand there before, with other rows between."""
+    number = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
+    first = np.full(int(number.max()) + 1, len(rows))
+    np.minimum.at(first, number, np.arange(len(rows)))
+    begins = np.flatnonzero(np.diff(number, prepend=-1))
+    run = begins[np.searchsorted(begins, np.arange(len(rows)), side="right") - 1]
+    return first[number] < run
 
 
 def _runs(same: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:

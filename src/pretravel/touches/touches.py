@@ -298,8 +298,8 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
             if len(bad):
                 row = int(bad[0])
                 problem = (
-                    f"the feed is {feeds[row]:g} mm/min; it must be positive, and at most "
-                    f"{FEED.highest:g}"
+                    f"the feed is {feeds[row]:g} mm/min; it must lie between {FEED.lowest:g} and "
+                    f"{FEED.highest:g} mm/min. Is it in m/min?"
                 )
                 raise RowError(f"{self.where(row)}: {problem}", row, in_file=problem)
             object.__setattr__(self, "feeds", frozen(self.feeds))

@@ -131,6 +131,12 @@ def test_a_start_and_a_page(folder: Path) -> None:
     again = run("align", TOUCHES, "--part", PART, "--map", folder / "map.json",
                 "--start", folder / "place.json")  # fmt: skip
     assert "79 of 79 touches" in again or "touches, best fit" in again
+    told = both_outputs("align", TOUCHES, "--part", PART, "--tip-diameter", 3, "--start", start)[1]
+    assert "Most points lie outside of the faces" in told
+    assert "is the tip's diameter larger" in told
+    radians = ("--start", "0,0,0,0,0,3.14")
+    told = run("align", TOUCHES, "--part", PART, "--map", folder / "map.json", *radians, code=2)
+    assert "three angles in degrees" in " ".join(told.split())
 
 
 @pytest.mark.parametrize(

@@ -56,8 +56,8 @@ def test_a_month_with_drift(tmp_path: Path) -> None:
 def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
     logs = month(tmp_path / "logs", 5)
     (logs / "sphere_2026-03-02.csv").write_text("x_mm,y_mm\n1,2\n")
-    header, first, *others = (logs / "sphere_2026-03-03.csv").read_text().splitlines()
-    (logs / "sphere_late.csv").write_text("\n".join([header, *others, first]))
+    header, _, *others = (logs / "sphere_2026-03-03.csv").read_text().splitlines()
+    (logs / "sphere_late.csv").write_text("\n".join([header, *others]))
     write_map(tmp_path / "map.json", old_map())
     told, warned = both_outputs(
         "history", logs, "--diameter", 25, "--map", tmp_path / "map.json", "--limit", 5
@@ -83,14 +83,15 @@ def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
     assert "Each day: difference from the map" in told
     assert "The map was made from" not in told
     assert "sphere_2026-03-02.csv is not used:" in warned
-    assert "1 file has no date in the name (sphere_late.csv)" in warned
+    assert "1 file has no date in the name or the rows (sphere_late.csv)" in warned
 
 
 @pytest.mark.long
 def test_copies_future_dates_and_conditions_of_days_are_named(tmp_path: Path) -> None:
     logs = month(tmp_path / "logs", 5)
     first, third = (logs / f"sphere_2026-03-0{day}.csv" for day in (1, 3))
-    (logs / "sphere_2026-03-04b.csv").write_text(third.read_text())
+    header, *rows = third.read_text().splitlines()
+    (logs / "sphere_2026-03-04b.csv").write_text("\n".join([header, *sorted(rows)]))
     (logs / "sphere_2026-03-02.csv").write_text("# feed: 500\n" + first.with_stem(
         "sphere_2026-03-02").read_text())  # fmt: skip
     (logs / "sphere_2026-03-05.csv").rename(logs / "sphere_2099-03-05.csv")

@@ -202,6 +202,12 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
         (["--select", "bore1-1"], "bore1-1: a circle needs at least 3 points"),
         ([], "points of two features"),
         (["--select", "bore1*", "--tolerance", "0.787..0.788"], r"look like inches \(20.0025 mm\)"),
+        (["--select", "bore1*", "--tolerance", "20000..20021"], r"look like µm \(20.0105 mm\)"),
+        (["--select", "bore1*", "--tolerance", "0..10"], "a size has no limit of zero"),
+        (["--nominal", 20, "--tolerance", "+21/0"], "were 21 µm meant.* Give 0.021, in mm"),
+        (["--select", "bore1*", "--form-tolerance", "5"], "tolerance of the form is 5 mm"),
+        (["--select", "1..12"], "matches '1..12'.* Numbers choose labels that are numbers"),
+        (["--select", "bore1*", "--at", "40,30"], "x,y,z, such as 0,0,1, and 2 came: also give"),
     ],
 )
 def test_messages(points_file: Path, arguments: list[object], message: str) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -91,7 +93,13 @@ class TestHistory:
         """Four runs on one old log gave four rows of "no change"."""
         history = ("--history", tmp_path / "probe.jsonl")
         verified(folder, folder / "day1.csv", *history)
-        verified(folder, folder / "day2.csv", *history)
+        header, *rows = (folder / "day2.csv").read_text().splitlines()
+        dated = [f"{header},date", *(f"{row},14.03.2026 10:30" for row in rows)]
+        (tmp_path / "day2.csv").write_text("\n".join(dated))
+        verified(folder, tmp_path / "day2.csv", *history)
+        second = json.loads(history[1].read_text().splitlines()[1])
+        time = datetime.fromisoformat(second["time"]).astimezone()
+        assert f"{time:%Y-%m-%d %H:%M}" == "2026-03-14 10:30"
         kept = (tmp_path / "probe.jsonl").read_bytes()
         for _ in range(2):
             said = verified(folder, folder / "day1.csv", *history, code=3)

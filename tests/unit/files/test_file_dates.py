@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files.file_dates import dated_file
+from pretravel.files.file_dates import dated_file, time_of_touches
+from pretravel.files.touches_csv import read_touches
 
 
 @pytest.mark.parametrize(
@@ -44,6 +45,44 @@ def test_without_a_date_it_is_the_last_change(tmp_path: Path, name: str) -> None
     found = dated_file(path)
     assert found.moment == moment
     assert not found.from_name
+
+
+@pytest.mark.parametrize(
+    ("title", "cells", "moment"),
+    [
+        ("time", ("2026-03-14 06:30:05", "2026-03-14 06:31:00"), datetime(2026, 3, 14, 6, 30, 5)),
+        ("Datum", ("14.03.26 06:30", "14.03.26 06:31"), datetime(2026, 3, 14, 6, 30)),
+        ("date", ("14-MAR-2026", "14-MAR-2026"), datetime(2026, 3, 14)),
+        ("Date,Time", ("3/14/2026,6:30 PM", "3/14/2026,6:31 PM"), datetime(2026, 3, 14, 18, 30)),
+        ("date", ("03/03/2026", "03/04/2026"), "'03/04/2026' is 3 April or 4 March"),
+        ("date", ("03/04/2026", "03/04/2026"), "'03/04/2026' is 3 April or 4 March, and not used"),
+        ("date", ("3/4/2026", "3/14/2026"), datetime(2026, 3, 4)),
+        ("time", ("0.5", "0.7"), ""),
+        ("# date: 14.03.2026", None, datetime(2026, 3, 14)),
+        ("# calibrated 2025-01-10", None, ""),
+    ],
+)
+def test_dates_of_rows(
+    tmp_path: Path, title: str, cells: tuple[str, str] | None, moment: datetime | str
+) -> None:
+    first, named = (title, "") if cells is None else ("", f",{title}")
+    ends = [f",{cell}" for cell in cells or ()] or [""] * 2
+    rows = "".join(f"{x},0,3,0,0,1{end}\n" for x, end in enumerate(ends))
+    path = tmp_path / "touches.csv"
+    path.write_text(f"{first}\nx_mm,y_mm,z_mm,nx,ny,nz{named}\n{rows}".lstrip())
+    found = dated_file(path)
+    assert not found.from_name
+    if isinstance(moment, datetime):
+        assert found.moment == moment
+        assert found.from_rows
+        assert cells is None or f"touched {moment:%Y-%m-%d}" in read_touches(path).reading
+        assert time_of_touches([path])[0] is not None
+        path = path.rename(tmp_path / "2026-07-01.csv")
+        with pytest.raises(InputError, match="name has the date 2026-07-01, and its rows were t"):
+            dated_file(path)
+    else:
+        assert moment in found.unclear
+        assert not found.from_rows
 
 
 @pytest.mark.parametrize(

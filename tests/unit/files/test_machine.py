@@ -17,7 +17,7 @@ MACHINE = Machine()
 
 BOUNDS = {
     "tip_diameter": (0.05, 50.0), "stem_diameter": (0.02, 50.0), "stylus_length": (1.0, 1000.0),
-    "body_diameter": (0.1, 500.0), "measuring_feed": (0.1, 3000.0),
+    "body_diameter": (0.1, 500.0), "measuring_feed": (0.5, 3000.0),
     "positioning_feed": (1.0, 60000.0), "travel_feed": (1.0, 60000.0),
     "acceleration": (1.0, 1e6), "safe_height": (-1e4, 1e4), "start_distance": (0.01, 100.0),
     "overtravel": (0.01, 100.0), "clearance": (0.001, 100.0), "tool_length": (-2000.0, 2000.0),

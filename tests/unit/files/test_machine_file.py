@@ -53,10 +53,11 @@ class TestMachineFile:
             (
                 "measuring_mm_min = 50 -> measuring_mm_min = -3",
                 True,
-                "must lie between 0.1 and 3000",
+                "must lie between 0.5 and 3000",
             ),
-            ("measuring_mm_min = 50 -> measuring_mm_min = 99999", True, "between 0.1 and 3000"),
+            ("measuring_mm_min = 50 -> measuring_mm_min = 99999", True, "between 0.5 and 3000"),
             ("measuring_mm_min = 50 -> measuring_mm_min = nan", True, "finite"),
+            ("measuring_mm_min = 50 -> measuring_mm_min = 2000", True, "are the two exchanged"),
             (
                 "overtravel_mm = 2 -> overtravel_mm = 60",
                 True,

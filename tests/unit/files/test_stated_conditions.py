@@ -118,13 +118,22 @@ def test_conditions_before_the_rows_that_nothing_reads_are_named() -> None:
 @pytest.mark.parametrize(
     "words",
     ["feed 500 mm/min", "A90 B45", "scale 0.001", "probe requalified", "mirror X", "offset x +10",
-     "probing direction reversed", "coordinate system 2", "machine B", "B axis 90", "polar"],
+     "probing direction reversed", "coordinate system 2", "machine B", "B axis 90", "polar",
+     "Spindel M19 R90", "spindle at 90°", "M6"],
 )  # fmt: skip
 def test_a_comment_among_rows_that_changes_them_is_refused(words: str) -> None:
     text = "x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n# {}\n1,0,3,0,0,1\n"
     with pytest.raises(InputError, match=r"line 3: .*may change the meaning of the rows after it"):
         read_readings(SourceFile("a.csv", text.format(words).encode()))
-    read_readings(SourceFile("a.csv", text.format("second half, by hand").encode()))
+    for harmless in (
+        "second half, by hand",
+        "spindle 5000 rpm",
+        "M19",
+        "spindle warm after 20 min",
+    ):
+        read_readings(SourceFile("a.csv", text.format(harmless).encode()))
+    semicolons = text.format("").replace(",", ";").replace("# \n", "; Pause\n")
+    assert "'; Pause'" in read_readings(SourceFile("a.csv", semicolons.encode())).warnings[0]
 
 
 def test_rows_of_two_machines_are_two_series() -> None:
@@ -141,6 +150,7 @@ def test_rows_of_two_machines_are_two_series() -> None:
         ("time_s", ("1", "2", "3"), False),
         ("time", ("0.41", "0.39", "0.40"), False),  # how long each touch took
         ("date", ("14.03.2026", "", "x"), False),
+        ("Datum", ("14.03.2026 10:00", "14.03.2026 09:00", "14.03.2026 11:00"), True),
     ],
 )
 def test_rows_that_are_not_in_the_order_of_their_times(

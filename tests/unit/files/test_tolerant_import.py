@@ -124,6 +124,7 @@ def test_forms_of_other_programs(text: str, labels: tuple[str, ...] | None) -> N
         ("K", "nz", None), ("NormalY", "ny", None), ("Nx", "nx", None), ("ax", "ax", None),
         ("F", "feed", None), ("Vorschub [mm/min]", "feed", "mm/min"),
         ("spindle_deg", "spindle", "deg"), ("Spindle angle [°]", "spindle", "deg"),
+        ("spindle angle [rad]", "spindle", "rad"), ("C [rad]", "c", "rad"),
         ("Spindle", None, None),
         ("feed_mm_min", "feed", "mm/min"),
         ("Avance (mm/min)", "feed", "mm/min"), ("Punkt-Nr.", "label", None), ("#", "label", None),
@@ -212,6 +213,12 @@ def test_feeds_in_the_unit_of_the_file() -> None:
     for unit, feed in (("", 254.0), (" [mm/min]", 10.0), (" [ipm]", 254.0), (" [mm/s]", 600.0)):
         file = SourceFile("a.csv", text.format(unit).encode())
         assert read_touches(file, ReadingOptions(units="inch")).feeds == pytest.approx([feed])
+        words = SourceFile(
+            "a.csv", file.content.replace(b"1;2;3;", b"X1;Y2;Z3;").replace(b";10\n", b";F10\n")
+        )
+        again = read_touches(words, ReadingOptions(units="inch"))
+        assert again.feeds == pytest.approx([feed])
+        assert again.positions[0] == pytest.approx([25.4, 50.8, 76.2])
 
 
 def test_rounded_normals_are_unit_vectors() -> None:
@@ -417,6 +424,15 @@ class TestNewcomer:
             qualify(wrong, diameter=setup.diameter, tip_diameter=setup.tip_diameter)
         with pytest.raises(PretravelError, match="mm that were taken as inches"):
             qualify(wrong, diameter=setup.diameter)
+
+    def test_positions_in_micrometres_without_normals(self) -> None:
+        cells = 1e3 * read_touches(EXAMPLES / "sphere_touches.csv").positions
+        text = "X;Y;Z\n" + "".join(";".join(f"{v:.1f}" for v in row) + "\n" for row in cells)
+        options = ReadingOptions(reference_diameter=24.9987)
+        with pytest.raises(PretravelError, match=r"24\.9987 mm: if they are in µm"):
+            read_touches(SourceFile("a.csv", text.encode()), options)
+        named = SourceFile("a.csv", text.replace("X;Y;Z", "X [µm];Y [µm];Z [µm]").encode())
+        assert read_touches(named, options).positions * 1e3 == pytest.approx(cells, abs=0.06)
 
     def test_preview(self, tmp_path: Path) -> None:
         told = run("convert", self._sphere(tmp_path))

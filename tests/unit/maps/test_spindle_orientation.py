@@ -107,19 +107,27 @@ def test_a_turned_head_is_refused(of_map: dict[str, str], of_touches: dict[str, 
 
 
 @pytest.mark.parametrize(
-    ("mine", "other", "told"),
-    [("T1", "T2", True), ("T1", "t1", False), ("", "T2", False), ("T1", "", False)],
+    ("mine", "other", "refused"),
+    [
+        ("T1", "T2", True),
+        ("T1", "t1", False),
+        ("T1", "T1A0B0", False),
+        ("T05", "tool 5", False),
+        ("T50", "5", True),
+        ("", "T2", False),
+        ("T1", "", False),
+    ],
 )
-def test_a_tip_of_another_name_is_named(mine: str, other: str, told: bool) -> None:
+def test_a_tip_of_another_name_is_refused(mine: str, other: str, refused: bool) -> None:
     touches = scene_of(Job("baseline", 4, "harmonic")).later_touches
     stated = replace(touches, tips=(mine,) * len(touches)) if mine else touches
     made = replace(_qualified(None), provenance=Provenance(Origin.QUALIFIED, tip=other))
-    said = [
-        *TouchSummary.of(stated, apply(stated, made), made).warnings(made),
-        *verify(stated, made, 25.0).warnings,
-        *update_map(stated, made, 25.0).warnings,
-    ]
-    assert sum(f"of tip {mine}, the map is of tip {other}" in each for each in said) == 3 * told
+    for command in (apply, lambda t, m: verify(t, m, 25.0), lambda t, m: update_map(t, m, 25.0)):
+        if refused:
+            with pytest.raises(PretravelError, match=f"of tip {mine}, the map is of tip {other}"):
+                command(stated, made)
+        else:
+            command(stated, made)
 
 
 @pytest.mark.parametrize(

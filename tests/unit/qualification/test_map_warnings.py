@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import describe, fibonacci_cap, polar_angle, sphere_pattern_25
+from pretravel.base.directions import (
+    describe,
+    fibonacci_cap,
+    from_angles,
+    polar_angle,
+    sphere_pattern_25,
+)
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
@@ -50,15 +56,29 @@ def _seen(
     )
 
 
-@pytest.mark.parametrize(("polar", "low"), [(59.9, True), (60.1, False)])
-def test_a_cap_ends_above_sixty_degrees(polar: float, low: bool) -> None:
+@pytest.mark.parametrize(
+    ("polar", "words"),
+    [(59.9, "60°: a cap hardly"), (60.1, "60°: the map does not hold for walls"),
+     (79.9, "80°: the map does not hold for walls"), (80.1, "")],
+)  # fmt: skip
+def test_a_cap_ends_above_sixty_degrees_and_walls_below_eighty(polar: float, words: str) -> None:
     cap = fibonacci_cap(40, polar * DEGREE)
     largest = float(polar_angle(cap).max()) / DEGREE
     cap = fibonacci_cap(40, polar * DEGREE * polar / largest)
     said = map_warnings(_map(support=DirectionSupport(cap)), _seen(cap))
-    assert said == ([w for w in said if "reach only to polar 60°: a cap hardly" in w])
-    assert len(said) == low
+    assert said == [w for w in said if f"reach only to polar {words}" in w]
+    assert len(said) == bool(words)
     assert map_warnings(_map(), _seen(cap, ring=True)) == []
+
+
+@pytest.mark.parametrize(("gap", "told"), [(95.0, False), (125.0, True)])
+def test_a_side_that_was_not_touched_is_named(gap: float, told: bool) -> None:
+    azimuths = np.radians(np.linspace(200.0, 200.0 + 360.0 - gap, 9))
+    rings = np.vstack([from_angles(np.full(9, polar * DEGREE), azimuths) for polar in (45, 90)])
+    made = _map(support=DirectionSupport(np.vstack([NODES[:1], rings])))
+    said = [w for w in map_warnings(made, _seen(rings)) if "no touch is between the azim" in w]
+    assert len(said) == told
+    assert all(f"azimuths {200.0 - gap:.0f}° and 200°" in w for w in said)
 
 
 def test_a_good_map_needs_no_word() -> None:
@@ -68,10 +88,10 @@ def test_a_good_map_needs_no_word() -> None:
 
 
 @pytest.mark.parametrize("u", [1e-6, 4e-4])
-def test_pretravel_below_zero_by_two_micrometres_and_three_u(u: float) -> None:
+def test_pretravel_below_zero_by_a_micrometre_and_three_u(u: float) -> None:
     at = float(_map(u=u).standard_uncertainty(NODES[:1])[0])
     for off, low in ((-1e-6, True), (1e-6, False)):
-        mean = -2.0 * UM - 3.0 * at + off
+        mean = -1.0 * UM - 3.0 * at + off
         value = _map(mean, u=u).pretravel(NODES[:1])[0]
         scale = mean / float(value)
         said = map_warnings(_map(mean * scale, u=u), _seen())

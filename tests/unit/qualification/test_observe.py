@@ -180,6 +180,19 @@ def test_a_plane_has_the_name_of_an_axis_within_two_degrees_and_a_half(sign: flo
         assert name in _told(_touches(around[:, [1, 2, 0]] @ turn))
 
 
+@pytest.mark.parametrize("how", ["tips", "places", "X as diameter"])
+def test_touches_of_two_things_are_not_on_one_sphere(how: str) -> None:
+    touches = _touches(np.tile(N, (2, 1)))
+    positions, second = touches.positions.copy(), slice(len(N), None)
+    if how == "tips":
+        positions[second] -= touches.normals[second]
+    elif how == "places":
+        positions[second] += [20.0, 0.0, 0.0]
+    else:
+        positions[:, 0] *= 2.0
+    assert "do not lie on one sphere" in _told(replace(touches, positions=positions))
+
+
 class TestRadius:
     @pytest.mark.parametrize(
         ("pretravel", "refused"), [(-0.021, True), (-0.019, False), (0.149, False), (0.151, True)]
@@ -223,6 +236,9 @@ class TestRadius:
         (False, 12.5 + 6.0, "tip's radius given"), (True, 12.5 - 6.0, "tip's radius given"),
         (False, 25.0 + 3.0, "sphere's radius given"), (True, 25.0 - 3.0, "ring's radius given"),
         (True, 12.5 + 3.0, "around a pin of this diameter"),
+        (False, 12.5 - 3.0, "subtracted twice"), (False, 12.5 + 9.0, "added twice"),
+        (False, 12.5 + 1.5, "twice the tip's diameter"),
+        (False, 6.25 + 3.0, "twice the diameter of the sphere"),
     ],
 )  # fmt: skip
 def test_a_likely_mistake_is_named_to_a_tenth_of_a_millimetre(
@@ -252,6 +268,16 @@ class TestInches:
         assert words in told
         if tip is not None:
             assert f"25.4 times {'as much' if factor < 1.0 else 'less'}" in told
+
+    @pytest.mark.parametrize(("factor", "unit"), [(1e3, "µm"), (1e-3, "metres")])
+    def test_micrometres_and_metres(self, factor: float, unit: str) -> None:
+        touches = _touches()
+        told = _told(replace(touches, positions=touches.positions * factor))
+        assert f"1000 times {'as much' if factor < 1.0 else 'less'}: the coordinates" in told or (
+            "from the others" in told
+        )
+        centred = replace(touches, positions=(touches.positions - [10.0, 20.0, 30.0]) * factor)
+        assert f"look like {unit}" in _told(centred)
 
     @pytest.mark.parametrize(("off", "inches"), [(0.019, True), (0.021, False)])
     @pytest.mark.parametrize("sign", [1.0, -1.0])

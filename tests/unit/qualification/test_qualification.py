@@ -364,6 +364,7 @@ class TestWhatAQualificationWarnsOf:
         arguments = {"diameter": 24.9987, "tip_diameter": 6.0, **options}
         result = qualify(touches, **arguments)  # type: ignore[arg-type]
         assert any(words in warning for warning in result.warnings), result.warnings
+        assert (result.grade is None) == ("before contact" in words)
 
 
 @pytest.mark.parametrize(("repeats", "words"), [(1, "is not known"), (3, "The probe is good")])

@@ -137,6 +137,12 @@ class TestWhatIsSeen:
 class TestRefused:
     def test_feed_not_told_is_warned_of(self) -> None:
         assert "do not give their feed" in check(touches(1, feed=None)).warnings[0]
+        resting = replace(old_map(), feed=None)
+        told = [verify(touches(1, feed=feed), resting, 25.0).warnings for feed in (50.0, None)]
+        assert ["the map does not state the feed" in " ".join(said) for said in told] == [
+            True,
+            False,
+        ]
 
     def test_predicted_map(self) -> None:
         probe = load_probe("omp40-2-100mm")

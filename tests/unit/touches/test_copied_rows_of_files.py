@@ -10,7 +10,7 @@ import pytest
 from pretravel.base import InputError
 from pretravel.files import ReadingOptions, points_and_notes, read_series
 from pretravel.files.readings import write_readings
-from pretravel.touches.copied_rows import EACH_ROW, rows_in_a_row
+from pretravel.touches.copied_rows import EACH_ROW, certain_copies, rows_in_a_row
 from tests.support.examples import EXAMPLES
 
 ROWS = (EXAMPLES / "sphere_touches.csv").read_text("utf-8").splitlines()
@@ -31,6 +31,25 @@ def test_repeats_that_are_alike_here_and_there_are_no_copies() -> None:
     rng = np.random.default_rng(5)
     log = np.repeat(rng.uniform(0.0, 30.0, (25, 3)), 3, axis=0) + rng.normal(0.0, 5e-5, (75, 3))
     assert rows_in_a_row(np.round(log, 4)) == 1
+
+
+@pytest.mark.parametrize("noise", [5e-5, 3e-4])
+@pytest.mark.parametrize("step", [0.0, 1e-5, 1e-4, 1e-3, 2.54e-3])
+def test_copies_in_another_order_are_certain_and_real_repeats_are_not(
+    step: float, noise: float
+) -> None:
+    """Three passes over 25 places; in steps of 2.5 µm repeats of 0.05 µm are all alike."""
+    rng = np.random.default_rng(6)
+    places = rng.uniform(0.0, 30.0, (25, 3))
+    real = np.vstack([places + rng.normal(0.0, noise, (25, 3)) for _ in range(3)])
+    real = np.round(real / step) * step if step else real
+    assert not certain_copies(real).any()
+    order = rng.permutation(75)
+    hidden = step > noise * 5.0
+    assert certain_copies(np.vstack([real, real[order]])).sum() == (0 if hidden else 75)
+    if not step:
+        assert certain_copies(np.vstack([real, real[order[:20]]])).sum() == 20
+        assert certain_copies(np.vstack([real, real[order].round(4)])).sum() == 75
 
 
 @pytest.mark.parametrize("often", [1, 3])

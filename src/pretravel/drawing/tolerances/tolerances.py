@@ -198,6 +198,7 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
         found.append(
             size_conformity(size.name, size.value, size.u, tolerances.size, required, dof=size.dof)
         )
+    _refuse_wide_zones(feature, tolerances)
     if tolerances.position is not None:
         if feature.located is None:
             raise PretravelError(
@@ -222,8 +223,43 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     return InspectedFeature(feature, tuple(decided_if_known(each, feature) for each in found))
 
 
+def _refuse_wide_zones(feature: MeasuredFeature, tolerances: FeatureTolerances) -> None:
+    """Refuse zones of form and position that only a number in µm can be. [mm]"""
+    extent = float(np.ptp(feature.points.positions, axis=0).max())
+    for what, zone in (("position", tolerances.position), ("form", tolerances.form)):
+        if zone is not None and zone > max(_WIDE, _SHARE_OF_PART * extent):
+            raise PretravelError(
+                f"the tolerance of the {what} is {zone:g} mm, and the touches are within "
+                f"{extent:.4g} mm: were {zone:g} µm meant? Give {0.001 * zone:g}, in mm",
+                inputs=(f"{what}_tolerance",),
+            )
+
+
+def refuse_wide_deviations(nominal: float | None, low: float | None, high: float | None) -> None:
+    """Refuse deviations from a nominal size that only numbers in µm can be. [mm]
+
+    Raises
+    ------
+    PretravelError
+
+    >>> refuse_wide_deviations(6.0, -1.0, 1.0)  # of class v of ISO 2768
+    >>> refuse_wide_deviations(20.0, 0.0, 21.0)
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: a deviation of 21 mm from a nominal size of 20 mm: were \
+21 µm meant? Give 0.021, in mm
+    """
+    widest = max((abs(each) for each in (low, high) if each is not None), default=0.0)
+    if nominal is not None and widest > max(_WIDE, _SHARE_OF_PART * nominal):
+        raise PretravelError(
+            f"a deviation of {widest:g} mm from a nominal size of {nominal:g} mm: were "
+            f"{widest:g} µm meant? Give {0.001 * widest:g}, in mm",
+            inputs=("size_tolerance", "nominal"),
+        )
+
+
 def refuse_other_unit(name: str, value: float, limits: tuple[float, float]) -> None:
-    """Refuse limits that are those of the same size in inches, or of a radius. [mm]
+    """Refuse limits of the same size in inches or µm, of a radius, or that are deviations. [mm]
 
     Raises
     ------
@@ -243,11 +279,20 @@ they look like those of the half, such as a radius. Give those of the whole
     known = [limit for limit in limits if math.isfinite(limit)]
     if not known or limits[0] <= value <= limits[1]:
         return
+    if limits[0] <= 0.0 and math.isfinite(limits[0]):
+        raise PretravelError(
+            f"{name} {value:.3f} mm, but the limits are {limits[0]:g} to {limits[1]:g}: a size has "
+            "no limit of zero. Give the limits of the size, or the deviations (in mm) with their "
+            "nominal size",
+            inputs=("size_tolerance", "nominal"),
+        )
     middle = sum(known) / len(known)
     narrow = len(known) == 2 and limits[1] - limits[0] < _NARROW * middle
     for factor, needs_narrow, words in (
         (INCH, False, f"they look like inches ({INCH * middle:.4f} mm). Give them in mm"),
         (1.0 / INCH, True, "the points look like inches: they must be in mm"),
+        (0.001, False, f"they look like µm ({0.001 * middle:.4f} mm). Give them in mm"),
+        (1000.0, False, f"they look like metres ({1000.0 * middle:.4f} mm). Give them in mm"),
         (2.0, True, "they look like those of the half, such as a radius. Give those of the whole"),
     ):
         if abs(value - factor * middle) <= _SAME_SIZE * value and (narrow or not needs_narrow):
@@ -291,6 +336,9 @@ def is_far_from_nominal(nominal: float, value: float) -> bool:
     return abs(value - nominal) > max(_FAR_FROM_NOMINAL, _SHARE_OF_NOMINAL * nominal)
 
 
+_WIDE, _SHARE_OF_PART = 1.0, 0.1
+"""The widest deviations of ISO 2768 (class v) and the zones of drawings are smaller than one of
+these. [mm], and of the size or the extent of the touches"""
 _FAR_FROM_NOMINAL, _SHARE_OF_NOMINAL = 0.5, 0.01
 """The widest deviations of ISO 286, of a and c, are smaller. [mm], and of the nominal size"""
 _SAME_SIZE = 0.02
@@ -319,6 +367,8 @@ def side_of_failure(conformity: Conformity, side: str) -> str:
     >>> small = size_conformity("diameter", 19.99, 0.001, (20.0, 20.021), 0.95)
     >>> side_of_failure(small, "inside")
     'too small by 10.0 µm, can be reworked'
+    >>> side_of_failure(replace(small, value=14.0), "inside")
+    'too small by 6.000 mm: check the feature, and that the tip radius was subtracted once'
     """
     if conformity.lower <= conformity.value <= conformity.upper:
         return ""
@@ -327,6 +377,11 @@ def side_of_failure(conformity: Conformity, side: str) -> str:
     left = small == (side == "inside")
     if not side or math.isinf(by):
         return ""
+    if is_far_from_nominal(conformity.lower if small else conformity.upper, conformity.value):
+        return (
+            f"too {'small' if small else 'large'} by {by:.3f} mm: check the feature, and that the "
+            "tip radius was subtracted once"
+        )
     return (
         f"too {'small' if small else 'large'} by {by * 1e3:.1f} µm, "
         f"{'can' if left else 'cannot'} be reworked"

@@ -110,7 +110,8 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
         verdict=drift_verdict(drift),
         figures=(
             KeyFigure("files", f"{days}, from {_date(drift.moments[0])} to "
-                      f"{_date(drift.moments[-1])}, compared with the map of {history.map_name}"),
+                      f"{_date(drift.moments[-1])}, compared with the map of {history.map_name}",
+                      remark=_where_dates_are(history)),
             KeyFigure("allowed change of the map", drift.limit / MICROMETRE, "µm", decimals(2),
                       remark=limit),
             *drift_figures(drift),
@@ -461,7 +462,7 @@ def _future(history: FolderDrift) -> list[str]:
     late = [day.file.path.name for day in history.days if day.file.moment > tomorrow]
     if not late:
         return []
-    said = "the date in the name, or the clock of this computer, is wrong, and so are the trends"
+    said = "the date of the file, or the clock of this computer, is wrong, and so are the trends"
     return [f"{_shown(late)}: a date after today; {said}"]
 
 
@@ -482,14 +483,19 @@ def _said_of_days(history: FolderDrift) -> list[str]:
 
 
 def _without_date(history: FolderDrift) -> list[str]:
-    undated = [day.file.path.name for day in history.days if not day.file.from_name]
-    if not undated:
+    files = [day.file for day in history.days if not (day.file.from_name or day.file.from_rows)]
+    if not files:
         return []
-    several = len(undated) > 1
-    what = f"{len(undated)} file{'s have' if several else ' has'} no date in the name"
-    shown = f"{undated[0]}{' …' if several else ''}"
+    several = len(files) > 1
+    what = f"{len(files)} file{'s have' if several else ' has'} no date in the name or the rows"
+    shown = f"{files[0].path.name}{' …' if several else ''}"
     used = "the time of the last change of the file is used, which copying can change"
     return [f"{what} ({shown}): {used}"]
+
+
+def _where_dates_are(history: FolderDrift) -> str:
+    places = dict.fromkeys(day.file.from_rows for day in history.days if day.file.from_rows)
+    return f"dates in the rows: {', '.join(list(places)[:_NAMED])}" if places else ""
 
 
 def _gross(history: FolderDrift) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -82,7 +83,8 @@ class History(
         Field(
             help="History file of one probe (.jsonl), or a folder with one file of touches for "
             "each day or shift. The date is that in the name of the file (2026-03-14, 20260314, "
-            "14-03-2026), else that of its last change. Also several files, or a name with *.",
+            "14-03-2026) or of its rows, else that of its last change. Also several files, or a "
+            "name with *.",
             label="History",
             positional=True,
             metavar="HISTORY",
@@ -225,6 +227,8 @@ class History(
         for count, file in enumerate(dated):
             _LOG.info("%s", file.path.name, extra={"done": count / len(dated)})
             try:
+                if file.unclear:
+                    raise PretravelError(f"its name has no date, and in its rows {file.unclear}")
                 readings = _readings(file, reading, seen)
                 if made is None:
                     first, terms = _first_day(readings, reference, self.kind or "auto")
@@ -349,10 +353,14 @@ def _readings(file: DatedFile, reading: _Reading, seen: dict[str, str]) -> FileR
     PretravelError
         The program did not run to its end, or the touches are those of another file.
     """
+    import numpy as np
+
     found = reading([file.path]).in_machine_axes()
     if found.unfinished:
         raise PretravelError(found.unfinished)
-    other = seen.setdefault(found.touches.digest, file.path.name)
+    rows = np.round(found.touches.positions, 6) + 0.0  # a copy can be sorted
+    rows = rows[np.lexsort(rows.T)]
+    other = seen.setdefault(hashlib.sha256(rows.tobytes()).hexdigest(), file.path.name)
     if other != file.path.name:
         raise PretravelError(
             f"its touches are those of {other}: a copy of a file is not another day"

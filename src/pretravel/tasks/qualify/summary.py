@@ -65,6 +65,11 @@ def verdict(result: Qualification, point: Budget) -> str:
             f"Whether the probe is good is not known, because {result.copies} touches are copies "
             f"of others to the last digit: give each reading once. {known[0].upper()}{known[1:]}"
         )
+    if result.before_contact:
+        return (
+            f"Whether the probe is good is not known, because {result.before_contact}. "
+            f"{known[0].upper()}{known[1:]}"
+        )
     if result.grade is not None:
         return f"The probe is {result.grade}: a touch repeats to {repeats}, and {known}"
     return (

@@ -54,7 +54,13 @@ def check_today(inputs: Inputs) -> DailyResult:
     PretravelError
         As `Verify.run`; the history is that of another probe.
     """
-    from pretravel.files import add_verification, check_history, read_map, refuse_known_touches
+    from pretravel.files import (
+        add_verification,
+        check_history,
+        read_map,
+        refuse_known_touches,
+        time_of_touches,
+    )
 
     task = Verify(
         touches=inputs.files["touches"],
@@ -79,7 +85,7 @@ def check_today(inputs: Inputs) -> DailyResult:
             map_name=task.map_file.name,
             touches_name=task.touches_name,
             decision=task.decision,
-            time=time,
+            time=time or time_of_touches(task.files)[0],
         )
         entries, content = _entries(path), path.read_bytes()
     same = with_file_names(task, history=Path(HISTORY))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -103,6 +103,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
             read_history,
             read_map,
             refuse_known_touches,
+            time_of_touches,
         )
         from pretravel.qualification import refuse_own_touches, verify
 
@@ -138,6 +139,8 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
             new_map = qualify_like(measured, old_map, self.diameter, ring=self.ring).pretravel_map
         with _new_map(self.accept, new_map):
             if self.history is not None:
+                moment, said = time_of_touches(self.files)
+                readings = replace(readings, warnings=(*readings.warnings, *filter(None, [said])))
                 add_verification(
                     self.history,
                     result,
@@ -145,6 +148,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
                     map_name=self.map_file.name,
                     touches_name=self.touches_name,
                     decision=self.decision,
+                    time=moment,
                 )
         unseen = result.unseen_turn is not None or result.size_is_unseen
         unsure = result.changed or unseen

@@ -213,6 +213,21 @@ def _touches_to_look_at(alignment: Alignment) -> list[str]:
     return found
 
 
+def _wrong_tip(alignment: Alignment) -> str:
+    """The diameter by which the tip seems wrong, where residuals are of one sign."""
+    deviation = alignment.points.deviation
+    if deviation is None:
+        return ""
+    middle = float(np.median(deviation[alignment.used]))
+    if abs(middle) < 0.5 * alignment.scatter:
+        return ""
+    side = "outside" if middle > 0.0 else "inside"
+    return (
+        f" Most points lie {side} of the faces, by {abs(middle):.2g} mm: is the tip's diameter "
+        f"{'larger' if middle > 0.0 else 'smaller'}, by {2.0 * abs(middle):.2g} mm or more?"
+    )
+
+
 def _warnings(alignment: Alignment) -> list[str]:
     found = [
         f"datum {name} has no motion left to fix: the datums before it fix all that its faces can. "
@@ -234,7 +249,7 @@ def _warnings(alignment: Alignment) -> list[str]:
     elif alignment.scatter > _LARGE:
         found.append(
             f"the residuals are {alignment.scatter:.2g} mm (rms): is it the right part, and the "
-            "right start?"
+            f"right start?{_wrong_tip(alignment)}"
         )
     elif alignment.errors.excess > 0.0:
         found.append(

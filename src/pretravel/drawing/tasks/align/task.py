@@ -196,6 +196,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         PretravelError
             Several placements explain the touches, or none does.
         """
+        from pretravel.base import ExtrapolationError
         from pretravel.drawing.alignment.aligning import only_placement
         from pretravel.drawing.alignment.alignment_fit import align
         from pretravel.drawing.alignment.tip_centres import TipCentres
@@ -213,15 +214,23 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
             found_from = "a search over all placements"
         elif self.start is None:
             found_from = "the targets of the plan"
-        alignment = align(
-            tips,
-            part,
-            pretravel_map,
-            start,
-            datums=self.datums(part),
-            free=self._free(),
-            extrapolate=extrapolate,
-        )
+        try:
+            alignment = align(
+                tips,
+                part,
+                pretravel_map,
+                start,
+                datums=self.datums(part),
+                free=self._free(),
+                extrapolate=extrapolate,
+            )
+        except ExtrapolationError as error:
+            if self.start is None:
+                raise
+            raise ExtrapolationError(
+                f"{error} Is the start right (x, y, z in mm, then three angles in degrees)?",
+                inputs=("start", *error.inputs),
+            ) from None
         if self.map_file is not None:
             used = map_word(self.map_file, pretravel_map)
             alignment = replace(alignment, points=replace(alignment.points, map_used=used))

@@ -355,7 +355,7 @@ class Measure(LaboratoryReport):
         from pretravel.drawing.tolerances.tolerances import refuse_other_nominal
 
         if drawing is None:
-            self.tolerances()
+            self._refuse_other_sizes()
             return {"": self}
         tasks = {}
         for row in drawing.feature:
@@ -382,7 +382,7 @@ class Measure(LaboratoryReport):
                         "FormCriterion", row.form_association or self.form_association
                     ),
                 )
-                tasks[name].tolerances()
+                tasks[name]._refuse_other_sizes()
             except PretravelError as error:
                 raise PretravelError(f"{self.drawing}: {name}: {error}") from None
         return tasks
@@ -415,6 +415,15 @@ class Measure(LaboratoryReport):
             self.probability,
             self.form_association,
         )
+
+    def _refuse_other_sizes(self) -> None:
+        """Refuse tolerances that contradict each other, or deviations that are those in µm."""
+        from pretravel.drawing.tolerances.tolerances import refuse_wide_deviations
+
+        self.tolerances()
+        if self.size_tolerance is not None and not self.size_tolerance.are_limits:
+            low, high, _ = self.size_tolerance
+            refuse_wide_deviations(self.nominal, low, high)
 
     def limits_of(self, text: str, nominal: float | None) -> tuple[float, float]:
         """The limits that a tolerance of a drawing states, with its nominal value.
