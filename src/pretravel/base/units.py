@@ -42,6 +42,15 @@ USUAL_DELAY: Final = 2e-3
 take up to some milliseconds. [s]"""
 
 
+def range_text(low: float, high: float) -> str:
+    """Words for a range, one number where both ends are the same.
+
+    >>> range_text(50.0, 300.0), range_text(50.0, 50.0)
+    ('50 to 300', '50')
+    """
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
 @overload
 def delay_travel(feed: float, delay: float) -> float: ...
 @overload
