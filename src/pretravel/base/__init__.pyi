@@ -104,6 +104,7 @@ from .units import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .units import USUAL_DELAY as USUAL_DELAY
 from .units import USUAL_FEED as USUAL_FEED
 from .units import delay_travel as delay_travel
+from .units import range_text as range_text
 from .version import installed_version as installed_version
 from .whole_files import is_stream as is_stream
 from .whole_files import is_unfinished as is_unfinished

@@ -45,6 +45,15 @@ USUAL_FEED: Final = 100.0
 """Of touches whose feed is not stated: slow touches have 30 to 300 mm/min. [mm/min]"""
 
 
+def range_text(low: float, high: float) -> str:
+    """Words for a range, one number where both ends are the same.
+
+    >>> range_text(50.0, 300.0), range_text(50.0, 50.0)
+    ('50 to 300', '50')
+    """
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
 @overload
 def delay_travel(feed: float, delay: float) -> float: ...
 @overload

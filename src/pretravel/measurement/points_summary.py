@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, USUAL_DELAY, FloatArray
+from pretravel.base import DEGREE, MICROMETRE, USUAL_DELAY, FloatArray, range_text
 from pretravel.maps import Origin, PretravelMap, orientation_note, tip_note
 from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.gross_points import GrossPoint, gross_points, gross_points_sentence
@@ -332,7 +332,7 @@ class TouchSummary:
         if made_at is not None and self.feeds is not None:
             slowest, fastest = self.feeds
             if not (slowest == fastest and abs(fastest / made_at - 1.0) < 0.01):
-                at = f"{slowest:g}" if slowest == fastest else f"{slowest:g} to {fastest:g}"
+                at = range_text(slowest, fastest)
                 warnings.append(
                     f"the map was made at {made_at:g} mm/min, these touches at {at}; the delay "
                     "travel (feed × signal delay) changes with the feed. Qualify at the feed you "

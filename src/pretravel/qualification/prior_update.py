@@ -17,6 +17,7 @@ from pretravel.base import (
     describe,
     frozen,
     probe_rotation,
+    range_text,
 )
 from pretravel.maps import (
     Observation,
@@ -723,7 +724,7 @@ def _feed_warnings(touches: Touches, old: PretravelMap) -> list[str]:
     elif several_feeds(touches) or abs(touches.feeds.mean() / old.feed - 1.0) > 0.01:
         raise PretravelError(
             f"the old map was made at {old.feed:g} mm/min, these touches at "
-            f"{touches.feeds.min():g} to {touches.feeds.max():g}: feed × signal delay would look "
-            "like a change of the probe. Touch at the feed of the old map"
+            f"{range_text(touches.feeds.min(), touches.feeds.max())}: feed × signal delay would "
+            "look like a change of the probe. Touch at the feed of the old map"
         )
     return found

@@ -16,6 +16,7 @@ from pretravel.base import (
     PretravelError,
     checked,
     describe,
+    range_text,
 )
 from pretravel.maps import (
     MapLike,
@@ -428,8 +429,8 @@ def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
     if np.any(np.abs(touches.feeds / pretravel_map.feed - 1.0) > 0.01):
         raise PretravelError(
             f"the map was made at {pretravel_map.feed:g} mm/min, these touches at "
-            f"{touches.feeds.min():g} to {touches.feeds.max():g}: feed × signal delay would look "
-            "like a change. Touch at the map's feed, or qualify at two feeds"
+            f"{range_text(touches.feeds.min(), touches.feeds.max())}: feed × signal delay would "
+            "look like a change. Touch at the map's feed, or qualify at two feeds"
         )
     return []
 

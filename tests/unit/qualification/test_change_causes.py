@@ -172,6 +172,9 @@ class TestCauses:
         assert cause_text(result.causes[0]).startswith("spring preload lower by ")
         document = verification_document(result, "kept")
         assert "probability" in str(document.figures[0])
+        (repeats,) = [each for each in document.figures if each.name == "repeatability"]
+        # Of these touches no direction scatters more: the 36 are the allowance for heavy tails.
+        assert "36 effective degrees of freedom, not 50: allows for" in str(repeats.remark)
         assert [note.split()[0] for note in document.notes] == ["check", "a"]
 
     def test_a_reference_that_drifted_is_no_reason_to_check_the_stylus(self) -> None:

@@ -303,7 +303,7 @@ def test_a_hundredth_is_the_same_feed(feed: float) -> None:
     if abs(feed - 50.0) < 0.5:
         assert verify(given, made, 25.0).warnings == ()
     else:
-        with pytest.raises(PretravelError, match=f"made at 50 mm/min, these touches at {feed} to"):
+        with pytest.raises(PretravelError, match=f"made at 50 mm/min, these touches at {feed}: "):
             verify(given, made, 25.0)
 
 

@@ -261,7 +261,7 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
     all_dof = result.touches - sum(len(each.rows) for each in result.gross)
     all_dof -= len(result.directions)
     if result.repeatability_dof < _FEWER * all_dof:
-        dof += f", not {all_dof}: some touches or directions scatter more than others"
+        dof += f", not {all_dof}: allows for heavy tails and for directions that scatter more"
     step = f"; positions in steps of {value_text(result.step / MICROMETRE, 'µm')}"
     return (
         KeyFigure("repeatability", result.repeatability / MICROMETRE, "µm",
