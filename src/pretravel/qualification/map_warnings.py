@@ -23,10 +23,6 @@ from pretravel.maps import (
     some_directions,
 )
 
-_POLE = np.array([[0.0, 0.0, 1.0]])
-_BADLY_KNOWN = 1.0 * MICROMETRE
-"""The assumption of the pretravel along the axis alone has 0.7 µm."""
-
 _TOLD = 0.2
 """Share of lobes that an oval leaves: of the usual 25 directions 0.95, of nine with one ring of two
 turned by half a step 0.67, of the same five azimuths on each ring 0.01."""
@@ -266,23 +262,22 @@ def inclined_ring_warnings(in_probe: FloatArray, setup: QualificationSetup) -> l
     ]
 
 
-def height_warnings(u_height: float, pretravel_map: PretravelMap, *, ring: bool) -> list[str]:
-    """Whether the height of the reference is badly known, because no touch is near the pole.
+def height_warnings(u_height: float, observation: Observation) -> list[str]:
+    """Whether heights rest on a model of the probe, because no touch is near the pole.
 
     Parameters
     ----------
     u_height : float
         Standard uncertainty of the centre along the axis of the probe. [mm]
-    pretravel_map : PretravelMap
-    ring : bool
-        The reference is a ring, whose height nothing determines.
+    observation : Observation
+        A ring determines no height.
     """
-    if ring or u_height < _BADLY_KNOWN or pretravel_map.support.supports(_POLE)[0]:
+    if observation.ring or polar_angle(observation.directions).min() <= _OFF_THE_POLE:
         return []
     return [
         (
-            "no touch is near the pole: the height of the sphere's centre along the axis of the "
-            f"probe is known to u = {u_height / MICROMETRE:.1f} µm only (distances between points "
-            "are not affected). Touch the sphere at its pole too"
+            "no touch is near the pole: heights of the sphere's centre (u = "
+            f"{u_height / MICROMETRE:.1f} µm) and of faces that are touched along the probe axis "
+            "rest on a usual stiffness of probes along the axis. Touch the sphere at its pole too"
         )
     ]

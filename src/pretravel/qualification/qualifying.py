@@ -396,7 +396,7 @@ def _warned(ready: PreparedTouches, found: Qualification) -> Qualification:
             *repeat_warnings(repeatability, repeated=observation.repeats.dof > 0.0),
             *kind.warnings(fit, found.repeatability),
             *map_warnings(made, observation),
-            *height_warnings(u_height, made, ring=ready.setup.ring),
+            *height_warnings(u_height, observation),
         ),
     )
 

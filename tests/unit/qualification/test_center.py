@@ -56,7 +56,7 @@ def test_a_height_that_is_badly_known_is_said() -> None:
     side = _qualified("half sphere from the side", "harmonic", 1)
     (said,) = (warning for warning in side.warnings if "no touch is near the pole" in warning)
     u = float(np.sqrt(side.center_covariance[2, 2])) * 1e3
-    assert f"u = {u:.1f} µm only" in said
+    assert f"(u = {u:.1f} µm)" in said
     upper = _qualified("upper half", "harmonic", 1)
     assert not any("near the pole" in warning for warning in upper.warnings)
     # Points are relative to the centre: u of the map does not contain its height.
