@@ -139,6 +139,13 @@ ROWS: Mapping[str, Departure] = {
     "feed_of_both": Departure(
         "50, then 300 mm/min, 2 ms; both feeds stated", feed_stated=(True, True), **_SLOW_AND_FAST
     ),
+    "one_feed": Departure(
+        "sphere and part at 300 mm/min, 2 ms; feeds stated",
+        delay=2e-3,
+        feed=300.0,
+        part_feed=300.0,
+        feed_stated=(True, True),
+    ),
     "two_feeds": Departure(
         "50 and 300, then 300 mm/min, 2 ms; feeds stated",
         second_feed=300.0,

@@ -277,7 +277,7 @@ _CHANGES_ROWS = (
     r"\bclamp(?:ed|ing)?\W+(?:(?:it|the part)\W+)?(?:again|over)\b|"
     r"\b\d+(?:[.,]\d+)? ?mm (?:ball|tip|stylus|kugel|taster)\b|"
     r"^\W*(?:fast|slow|schnell|langsam)(?:ly)?(?: (?:pass|touch)\w*)?\W*$|"
-    r"^\W*T\d+\b|\bM0?6\b|\bM0?19\W*[A-Z]\W?[-+]?\d|\bSPOS\b|"
+    r"^\W*T\d+\b|^\W*(?:N\d+\W+)?M0?6\b|\bM0?19\W*[A-Z]\W?[-+]?\d|\bSPOS\b|"
     rf"{_TURN}|"
     rf"{_A_FEED}|"
     rf"{_ANGLES}|"

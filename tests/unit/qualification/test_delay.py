@@ -282,7 +282,7 @@ def test_the_delays_share_of_the_centre() -> None:
     two = qualify(touches, 25.0, tip_diameter=6.0, search_outliers=False)
     assert two.delay is not None
     still = touches.at_rest(two.delay.delay)
-    at_rest = np.full(len(still), 0.1)
+    at_rest = np.full(len(still), 0.5)
     one = qualify(replace(still, feeds=at_rest), 25.0, tip_diameter=6.0, search_outliers=False)
     share = delay_travel(100.0, two.delay.u_delay)
     for first, second in (
