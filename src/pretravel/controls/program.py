@@ -355,8 +355,8 @@ def _checks(
     machine = surroundings.machine
     if machine.work is None:
         unchecked.append(
-            f"the origin of {machine.work_offset}, because the machine file does not give it "
-            "(x_mm, y_mm, z_mm in [work])"
+            f"the origin of {machine.work_offset}, because the machine file does not give "
+            "x_mm, y_mm, z_mm in its table work"
         )
     if surroundings.known:
         known = ", ".join(obstacle.words for obstacle in surroundings.obstacles)

@@ -88,7 +88,7 @@ class SphereObstacle:
     def words(self) -> str:
         """See `Obstacle`."""
         if not self.shank_diameter:
-            return "the sphere, of which no shank was given"
+            return "the sphere. Its shank was not given, and is not checked"
         return f"the sphere with a vertical shank of {self.shank_diameter:g} mm below it"
 
     @property

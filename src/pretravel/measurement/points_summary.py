@@ -396,7 +396,7 @@ class TouchSummary:
         return (
             f"a coefficient of friction of the part {FRICTION_APART:g} larger than that of the "
             f"reference moves inclined points by up to {self.by_friction / MICROMETRE:.1f} µm, "
-            "more than their U, which does not contain it: give its uncertainty (u_friction, 0.1 "
+            "more than their U, which does not contain it: state its uncertainty (as 0.1 "
             "for another metal)"
         )
 
@@ -411,9 +411,9 @@ def _one_unknown_feed(*, known_of_touches: bool) -> str:
     known, unknown = ("touches", "map") if known_of_touches else ("map", "touches")
     return (
         f"the {known} {'has' if known == 'map' else 'have'} a feed, the {unknown} "
-        f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): if the feeds differ, the "
-        "points are wrong by the difference × signal delay; u allows for the known feed × "
-        f"{USUAL_DELAY * 1e3:g} ms. "
+        f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): points are wrong by the "
+        "difference of the feeds × signal delay. The whole known feed is taken as the difference: "
+        f"u contains it × {USUAL_DELAY * 1e3:g} ms. "
         + (
             "Qualify again and give the feed of the touches on the reference"
             if unknown == "map"

@@ -123,7 +123,8 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             "probe axis would go through the sphere: check the axis (it points from the tip to the "
             "spindle), unless this is a side stylus"
         )
-    if not observation.tip_known:
+    # Kind physical finds the tip's radius, and the height by it.
+    if not observation.tip_known and pretravel_map.tip_radius == observation.tip_radius:
         found.append(
             "the tip's diameter was not given: the map is relative to its mean, and the centre's "
             "height along the axis is that of the least-squares sphere, usually 5 to 15 µm off"

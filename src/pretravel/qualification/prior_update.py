@@ -674,9 +674,10 @@ def _warnings(
     beyond = len(posterior.innovations) - len(posterior.shift)
     if beyond < FEWEST_TO_TEST:
         found.append(
-            f"{len(posterior.innovations)} touches leave {beyond} to test the old map: a probe "
-            "that has turned by 10° goes unnoticed in every second case. Touch 9 directions, where "
-            "the probe may have been moved"
+            f"{len(posterior.innovations)} touches leave {beyond} degrees of freedom to test the "
+            "old map, because the centre takes the others: a probe that has turned by 10° goes "
+            "unnoticed in every second case. Touch 9 directions, where the probe may have been "
+            "moved"
         )
     own = max(old.repeatability, _RESOLUTION)
     if repeats.dof > 0.0:

@@ -605,6 +605,6 @@ def _gauge(problem: SixSeatProblem, unknowns: FloatArray, covariance: FloatArray
         "pretravel on its +x side and 1 µm less on its -x side, the touches would be the same. The "
         f"model decides, with u = {float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. This "
         "error shifts all points of a part alike and cancels in distances and diameters; u of "
-        "the map and of a point contain it only as far as the scatter of the touches causes "
-        f"it{tip}"
+        "the map and of a point contain only the part of it that comes from the scatter of the "
+        f"touches{tip}"
     )

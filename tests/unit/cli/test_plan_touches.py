@@ -70,7 +70,7 @@ def test_reports_agree_on_what_u_contains_of_the_centre(tmp_path: Path) -> None:
         old.provenance.gauge,
     ]  # fmt: skip
     for report in reports:
-        assert "as far as the scatter of the touches causes it" in " ".join(report.split())
+        assert "scatter of the touches" in " ".join(report.split())
 
 
 def test_another_tip_and_too_few_touches_are_refused(tmp_path: Path) -> None:

@@ -271,7 +271,7 @@ class TestProgram:
         machine = replace(MACHINE, work=work_placement(0, 0, 0), limits=limits)
         made = _planned(Targets(12.5 * UP, UP), machine, obstacles=[BALL])
         sphere = (
-            "the moves do not hit the sphere, of which no shank was given. "
+            "the moves do not hit the sphere. Its shank was not given, and is not checked. "
             "Other obstacles are not checked"
         )
         assert made.checked == ("the machine's limits", sphere)

@@ -539,7 +539,7 @@ def test_a_likely_change_and_too_few_touches_to_see_one_are_told() -> None:
     (sentence,) = _warnings(0.5, _after(0.51, 7), old, repeats)
     assert "(probability 0.51), most likely in one rod or one seat" in sentence
     (sentence,) = _warnings(0.5, _after(0.0, 6), old, repeats)
-    assert "6 touches leave 3 to test the old map" in sentence
+    assert "6 touches leave 3 degrees of freedom to test" in sentence
 
 
 def _touched(probe: SimulatedProbe, n: np.ndarray, generator: np.random.Generator) -> Touches:

@@ -408,8 +408,8 @@ def _error_of_placement(placement: Placement, points: Points) -> tuple[str, ...]
     most = 2.0 * float(along.max()) / MICROMETRE
     said = (
         f"deviations also contain the error of the placement, U up to {most:.2g} µm at these "
-        "points. u of a point holds in the machine, without this error; points of align are in "
-        "the frame of the part, and contain the error"
+        "points. u of these points is for the frame of the machine, without this error; that of "
+        "the points of align is for the frame of the part, and contains it"
     )
     free = placement.errors.undetermined
     normals = placement.inverse.vectors(points.normals)

@@ -189,9 +189,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
     if _over(drift, early):
         count = len(drift.times) - drift.starts[-1]
         return (
-            f"{after}no drift is detected. The map may already have changed by more than {limit} "
-            f"(probability above 5 %), because the trend over {count} days is too uncertain: touch "
-            "on more days"
+            f"{after}no drift is detected. A change of the map by more than {limit} cannot be "
+            f"excluded (probability above 5 %): {count} days show a trend badly. Touch on more days"
         )
     return (
         f"{after}no drift is detected; one too small to be detected would reach {limit} {on} at "
@@ -286,7 +285,11 @@ _MEANING = {
 def _kind_words(one: QuantityCourse) -> str:
     words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
     course = one.course
-    walking = f"; u {course.walking.slope[1]:.2g} if it is a random walk" if course.may_walk else ""
+    walking = (
+        f"; u {course.walking.slope[1]:.2g} if it moves at random from day to day"
+        if course.may_walk
+        else ""
+    )
     chance = f"p = {course.p_slope:.2g}: probability of such a trend by chance"
     return f"{words[course.kind]}, {chance}{walking}"
 

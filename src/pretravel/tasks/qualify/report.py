@@ -151,7 +151,7 @@ def assumptions(result: Qualification) -> dict[str, str]:
     result : Qualification
     """
     axial, assumed = result.setup.axial_pretravel, {}
-    usual = axial == AXIAL_PRETRAVEL
+    usual = axial == AXIAL_PRETRAVEL and result.setup.tip_diameter is not None
     if not result.setup.ring and usual and result.pretravel_map.kind == "harmonic":
         assumed["--axial-pretravel"] = (
             f"{AXIAL_PRETRAVEL / MICROMETRE:g} µm of pretravel along the probe's axis "

@@ -112,8 +112,8 @@ def _of_centers(result: MapUpdate) -> str:
         for one in (result.pretravel_map, result.prior_map)
     )
     return (
-        "; both contain the error of the centre, as far as the scatter of the touches causes it. "
-        f"Without this error: {new} µm, old map {old} µm"
+        "; both contain the part of the error of the centre that the scatter of the touches "
+        f"causes. Without this error: {new} µm, old map {old} µm"
     )
 
 

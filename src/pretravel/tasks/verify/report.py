@@ -117,9 +117,9 @@ def _unseen_warnings(result: Verification) -> tuple[str, ...]:
     if result.size_is_unseen:
         limit = value_text(result.size.detectable / MICROMETRE, "µm")
         found.append(
-            "in these directions a change of size looks like a shift of the reference: only one of "
-            f"{limit} would be detected. Did the program stop early? Touch the reference from the "
-            "pole to the equator"
+            "in these directions a change of size looks like a shift of the reference: one below "
+            f"{limit} would not be detected. Did the program stop early? Touch the reference from "
+            "the pole to the equator"
         )
     return tuple(found)
 

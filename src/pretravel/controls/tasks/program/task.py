@@ -264,7 +264,7 @@ class ProgramAxis(ProgramTask):
     on the axis shifts this place by up to twice the error. The axis turns while the tip is at the
     safe height. The same directions are touched at each angle; labels of the log begin with
     the angle. Switch off tool centre point control, which moves X, Y and Z with the axis: M429 in
-    LinuxCNC's sample of xyzac-trt-kins.
+    LinuxCNC's sample configuration xyzac-trt.
     """
 
     name = "program axis"
@@ -303,8 +303,8 @@ class ProgramAxis(ProgramTask):
     sense: Annotated[
         Literal["against", "with"],
         Field(
-            help="Whether the sphere turns against (as on a table) or with the right-hand rule "
-            "about the machine's axis when the angle increases.",
+            help="How the sphere turns when the angle increases: with the right-hand rule about "
+            "the machine's axis, or against it, as on a table.",
         ),
     ] = "against"
     turning_feed: Annotated[

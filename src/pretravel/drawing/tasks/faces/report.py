@@ -199,8 +199,8 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
             *(Column.of(f"n{axis}", values[f"n{axis}"], "", signed_decimals(2)) for axis in "xyz"),
             Column.of("radius", radii, "mm", significant(3)),
             *(
-                Column.of(f"surface {axis} {end}", ends, "", angle)
-                for axis in "uv"
+                Column.of(f"{name} {end}", ends, "", angle)
+                for axis, name in (("u", "parameter 1"), ("v", "parameter 2"))
                 for end, ends in zip(
                     ("from", "to"),
                     _without_rounding(values[f"{axis}_from"], values[f"{axis}_to"]),
@@ -211,5 +211,5 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
         explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
         "x, y, z: a point on the face, far from its edges; nx, ny, nz: "
         "the normal there; radius: the smallest anywhere on the face, empty where it is flat; "
-        "surface u, v: the range of the surface's parameters.",
+        "parameters 1, 2: their range on the surface.",
     )

@@ -37,14 +37,15 @@ if TYPE_CHECKING:
 _ASSOCIATION = (
     "fitted by least squares (Gaussian association), not as the largest inscribed "
     "or smallest circumscribed ones. The form (roundness, flatness, …) is the form of the surface "
-    "at the touched points, with bounds for any shape; the surface between the points is not "
-    "measured. The measured range also contains the noise"
+    "at the touched points, and its bounds hold for any shape; the surface between the points is "
+    "not measured. The measured range also contains the noise"
 )
 _FORM_BESIDE = (
-    "the form (roundness, flatness, …) is the form of the surface at the touched points, with "
-    "bounds for any shape, by the minimum zone if it is given, else from the residuals of least "
-    "squares. The measured range also contains the noise. Inscribed, circumscribed and tangent "
-    "features are searched near the least-squares feature; others may exist if the form is large"
+    "the form (roundness, flatness, …) is the form of the surface at the touched points (its "
+    "bounds hold for any shape), by the minimum zone if it is given, else from the residuals of "
+    "least squares. The measured range also contains the noise. Inscribed, circumscribed and "
+    "tangent features are searched near the least-squares feature; others may exist if the form "
+    "is large"
 )
 RULE = "decisions by the default rule of"
 

@@ -241,7 +241,7 @@ class Measure(LaboratoryReport):
         float,
         Field(
             help="Standard uncertainty of a length due to the machine's geometry, temperature and "
-            "clamping, in µm, which also raises the 'at most' values of form and position.",
+            "clamping, in µm. It also raises the 'at most' values of form and position.",
             range=(0.0, 1e4),
             label="u of the machine",
             hint="Geometry, temperature and clamping, for one length",
