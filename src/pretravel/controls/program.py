@@ -355,8 +355,8 @@ def _checks(
     machine = surroundings.machine
     if machine.work is None:
         unchecked.append(
-            f"the origin of {machine.work_offset}, because the machine file does not give "
-            "x_mm, y_mm, z_mm in its table work"
+            f"the origin of {machine.work_offset}, because the section work of the machine "
+            "file has no x_mm, y_mm and z_mm"
         )
     if surroundings.known:
         known = ", ".join(obstacle.words for obstacle in surroundings.obstacles)

@@ -153,7 +153,7 @@ class PartObstacle:
     @property
     def words(self) -> str:
         """See `Obstacle`."""
-        return f"all {len(self.part.faces)} faces of the part"
+        return f"any of the part's faces, {len(self.part.faces)} in all"
 
     @property
     def top(self) -> float:

@@ -252,7 +252,7 @@ def read_history(path: str | Path) -> list[Entry]:
     """
     if not Path(path).is_file():
         raise InputError(
-            "there is no such history; verify the probe with a history to make it", path=path
+            "there is no such history; a verification that is given this file begins it", path=path
         )
     entries = _entries(opened(path))
     if not entries:
