@@ -30,6 +30,7 @@ from pretravel.qualification.observe import observe
 from pretravel.qualification.qualifying import prepare
 from pretravel.qualification.verification import verify
 from pretravel.touches import Touches
+from tests.support.simulated_probe import simulated_pretravel
 
 # One kind, and a perfect sphere: the average of kinds and the usual u have tests of their own.
 qualify = partial(
@@ -290,6 +291,21 @@ def test_the_delays_share_of_the_centre() -> None:
         (two.u_effective_radius**2, one.u_effective_radius**2),
     ):
         assert np.sqrt(first - second) == pytest.approx(share, rel=0.1)
+
+
+def test_a_travel_at_one_feed_is_no_shift_of_the_centre() -> None:
+    """300 mm/min for 2 ms are 10 µm in all directions. A fit without a constant took them for a
+    height of the centre that was 7.7 µm off at u = 0.9 µm."""
+    n = np.repeat(sphere_pattern_25(), 3, axis=0)
+    pretravel = simulated_pretravel(n) + delay_travel(300.0, 2e-3)
+    pretravel += 3e-4 * np.random.default_rng(1).standard_normal(75)
+    touches = Touches(n * (15.5 - pretravel)[:, None], n, feeds=np.full(75, 300.0))
+    found = qualifying.qualify(
+        touches, 25.0, tip_diameter=6.0, kind="physical", search_outliers=False
+    )
+    u = np.sqrt(np.diag(found.center_covariance))
+    assert np.all(np.abs(found.center) < 2.0 * u)
+    assert u[2] < 3e-3
 
 
 def test_map_and_delay_err_together() -> None:
