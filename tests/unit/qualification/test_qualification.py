@@ -355,11 +355,13 @@ class TestWhatAQualificationWarnsOf:
         [
             (slice(None), {"diameter": 24.93}, "no probe triggers before contact"),
             (slice(None), {"tip_diameter": 6.2}, "probes deflect by 1 to 80"),
-            (slice(None), {"tip_diameter": None}, "diameter was not given"),
+            (slice(None), {"tip_diameter": None, "kind": "harmonic"}, "diameter was not given"),
             (slice(0, 15), {}, "a cap hardly"),
         ],
     )
-    def test_warnings(self, keep: slice, options: dict[str, float | None], words: str) -> None:
+    def test_warnings(
+        self, keep: slice, options: dict[str, float | str | None], words: str
+    ) -> None:
         touches = self._example().take(np.arange(75)[keep])
         arguments = {"diameter": 24.9987, "tip_diameter": 6.0, **options}
         result = qualify(touches, **arguments)  # type: ignore[arg-type]
