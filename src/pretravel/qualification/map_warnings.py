@@ -85,7 +85,9 @@ def copy_warnings(copies: int, count: int) -> list[str]:
     ]
 
 
-def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[str]:
+def map_warnings(
+    pretravel_map: PretravelMap, observation: Observation, *, tip_is_fitted: bool = False
+) -> list[str]:
     """What of a map is implausible or badly covered.
 
     Parameters
@@ -93,6 +95,8 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
     pretravel_map : PretravelMap
     observation : Observation
         That it was fitted to.
+    tip_is_fitted : bool
+        A tip that was not given was found together with the map.
     """
     found = []
     count = observation.direction_count
@@ -123,8 +127,7 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
             "probe axis would go through the sphere: check the axis (it points from the tip to the "
             "spindle), unless this is a side stylus"
         )
-    # Kind physical finds the tip's radius, and the height by it.
-    if not observation.tip_known and pretravel_map.tip_radius == observation.tip_radius:
+    if not observation.tip_known and not tip_is_fitted:
         found.append(
             "the tip's diameter was not given: the map is relative to its mean, and the centre's "
             "height along the axis is that of the least-squares sphere, usually 5 to 15 µm off"

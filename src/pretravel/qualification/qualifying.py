@@ -395,7 +395,7 @@ def _warned(ready: PreparedTouches, found: Qualification) -> Qualification:
             *copy_warnings(found.copies, int(np.sum(ready.used))),
             *repeat_warnings(repeatability, repeated=observation.repeats.dof > 0.0),
             *kind.warnings(fit, found.repeatability),
-            *map_warnings(made, observation),
+            *map_warnings(made, observation, tip_is_fitted=fit.tip_radius is not None),
             *height_warnings(u_height, observation),
         ),
     )
