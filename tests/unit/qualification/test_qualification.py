@@ -299,7 +299,8 @@ class TestQualification:
             # The conventions are uncertain too, which no noise shows.
             convention = result.fit.posterior.amplitudes.first_harmonic_variance * np.ones(3)
             usual = usual_shift_covariance(result.fit.observation)[2, 2]
-            convention[2] = usual if told is None else U_AXIAL_PRETRAVEL**2
+            at_pole = U_AXIAL_PRETRAVEL**2 + result.fit.observation.u_constant**2
+            convention[2] = usual if told is None else at_pole
             stated.append(
                 [
                     *np.sqrt(np.diag(result.center_covariance) - convention),
