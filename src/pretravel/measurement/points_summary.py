@@ -384,9 +384,8 @@ class TouchSummary:
         if stated or not _delay_is_unknown(pretravel_map):
             return ""
         return (
-            "neither the map nor the touches have a feed (column feed_mm_min): if sphere and part "
-            "were touched at feeds 100 mm/min apart, a usual signal delay of 2 ms causes an error "
-            "of 3.3 µm, which U does not contain"
+            "no file states a feed (column feed_mm_min): if feeds differ by 100 mm/min, a usual "
+            "signal delay (2 ms) moves points by 3.3 µm, which U does not contain"
         )
 
     def _friction_note(self) -> str:

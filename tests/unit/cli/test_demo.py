@@ -54,7 +54,7 @@ def test_demo(whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         "with the tip radius alone both are outside, compensated with the map both are inside"
         in words
     )
-    assert "bore1 20.0408 20.0102 0.63 bore2 20.0257 19.9950 0.63" in words
+    assert "bore1 20.0408 20.0102 0.64 bore2 20.0257 19.9951 0.64" in words
     assert len(text.splitlines()) <= 16
     steps = [line[:6] for line in text.splitlines() if " of 4: " in line]
     assert steps == ["1 of 4", "2 of 4", "3 of 4", "4 of 4"]

@@ -79,7 +79,7 @@ def test_feeds_that_are_not_known_matter_to_qualified_maps_without_a_delay(
     noted = replace(QUIET, feeds=feeds).feed_note(made)
     unknown = origin is Origin.QUALIFIED and not delayed
     both = made_at is None and feeds is None
-    assert ("neither the map nor the touches have a feed" in noted) == (unknown and both)
+    assert ("no file states a feed" in noted) == (unknown and both)
     of_map = "the touches have a feed, the map does not (column" in told
     assert of_map == (unknown and made_at is None and feeds is not None)
     assert of_map == ("Qualify again and give the feed of the touches on the reference" in told)
