@@ -312,7 +312,7 @@ LONGEST_DELAY = 0.03
 SMALLEST_PRETRAVEL = -0.02
 """A mean pretravel below this is impossible: no probe triggers before contact. [mm]"""
 BEFORE_CONTACT = 2.0 * MICROMETRE
-"""A map that falls further below zero than this, and three u, is warned about. [mm]"""
+"""A rig whose touches are further below zero than this is refused. [mm]"""
 
 
 def largest_plausible(feed: float | None) -> float:

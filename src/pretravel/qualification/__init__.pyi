@@ -16,6 +16,7 @@ from .outliers import FEWEST_LEFT as FEWEST_LEFT
 from .outliers import outlier_factor as outlier_factor
 from .own_touches import own_touches_warnings as own_touches_warnings
 from .own_touches import refuse_own_touches as refuse_own_touches
+from .own_touches import touch_digests as touch_digests
 from .prior_update import FoundDrift as FoundDrift
 from .prior_update import MapUpdate as MapUpdate
 from .prior_update import update_map as update_map

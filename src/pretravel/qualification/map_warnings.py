@@ -36,7 +36,7 @@ LOWEST_POLAR = 60.0 * DEGREE
 _WALLS = 80.0 * DEGREE
 """Touches that do not reach this polar angle say nothing of the walls of a part. [rad]"""
 _USUAL_GAP = 100.0 * DEGREE
-"""Between azimuths of patterns, which have four or more. [rad]"""
+"""Largest usual gap between azimuths: patterns have four azimuths or more. [rad]"""
 _BEFORE_CONTACT = 1.0 * MICROMETRE
 """What the diameters of a reference and a tip can be wrong by, as calibrated. [mm]"""
 
@@ -96,7 +96,7 @@ def map_warnings(
     observation : Observation
         That it was fitted to.
     tip_is_fitted : bool
-        A tip that was not given was found together with the map.
+        The tip was not given, and its radius was fitted together with the map.
     """
     found = []
     count = observation.direction_count
@@ -152,7 +152,7 @@ def map_warnings(
 
 
 def before_contact(pretravel_map: PretravelMap, *, tip_known: bool) -> str:
-    """A sentence where a map has the probe trigger before contact; empty where it does not.
+    """A sentence if the probe would trigger before contact by this map; else empty.
 
     Parameters
     ----------

@@ -193,7 +193,7 @@ def covariance_over_scales(
         ]
         whitening = np.linalg.inv(np.linalg.cholesky(total))
         whitened = carried @ np.swapaxes(whitening, -1, -2)
-        means[part] = before + (whitened @ (whitening @ values)[..., None])[..., 0]
+        means[part] = (whitened @ (whitening @ values)[..., None])[..., 0]
         wide = np.moveaxis(whitened * np.sqrt(weights)[:, None, None], 0, 1)
         wide = wide.reshape(len(before), -1)
         covariance -= wide @ wide.T

@@ -155,9 +155,7 @@ def copied_rows(values: npt.ArrayLike) -> tuple[int, int, int]:
     if len(np.unique(sums)) == len(rows):
         return (0, 0, 0)
     number = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
-    first = np.full(int(number.max()) + 1, len(rows))
-    np.minimum.at(first, number, np.arange(len(rows)))
-    shift = np.arange(len(rows)) - first[number]
+    shift = np.arange(len(rows)) - _first_rows(number)
     shifts, often = np.unique(shift[shift > 1], return_counts=True)
     fine = _has_fine_digits(rows)
     fewest = _FEWEST if fine else _FEWEST_COARSE
@@ -195,15 +193,16 @@ def certain_copies(values: npt.ArrayLike) -> BoolArray:
         return found
     step = quantisation_step(rows)
     finest = step < _FINEST
-    again = _stand_there_before(rows)
     number, counts = np.unique(rows, axis=0, return_inverse=True, return_counts=True)[1:]
+    number = number.ravel()
+    again = _stand_there_before(number)
     often = int(np.gcd.reduce(counts))
     if often > 1 and np.sum(again) >= _FEWEST_COARSE:
         places = len(np.unique(np.round(rows / _ONE_PLACE), axis=0))
         if step <= _COARSE or len(counts) > _READINGS_OF_A_PLACE * places:
-            found |= _earlier_ones(number.ravel()) >= counts[number.ravel()] // often
+            found |= _earlier_ones(number) >= counts[number] // often
     elif finest and all(end - begin >= _FEWEST_COARSE for begin, end in _runs(again)):
-        found |= again  # shorter runs are those of repeats that are alike by chance
+        found |= again  # a shorter run is one of repeats that are alike by chance
     for decimals in _DECIMALS if finest else ():
         rounded = np.round(rows, decimals)
         coarse = np.max(np.abs(rows - rounded), axis=1) < _EXACT
@@ -235,14 +234,18 @@ def _earlier_ones(number: IntArray) -> IntArray:
     return found
 
 
-def _stand_there_before(rows: FloatArray) -> BoolArray:
-    """Rows that stand there before, with other rows between."""
-    number = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
-    first = np.full(int(number.max()) + 1, len(rows))
-    np.minimum.at(first, number, np.arange(len(rows)))
+def _first_rows(number: IntArray) -> IntArray:
+    """The first row with the number of each row."""
+    first = np.full(int(number.max()) + 1, len(number))
+    np.minimum.at(first, number, np.arange(len(number)))
+    return np.asarray(first[number])
+
+
+def _stand_there_before(number: IntArray) -> BoolArray:
+    """Rows whose number stands there before, with other numbers between."""
     begins = np.flatnonzero(np.diff(number, prepend=-1))
-    run = begins[np.searchsorted(begins, np.arange(len(rows)), side="right") - 1]
-    return first[number] < run
+    run = begins[np.searchsorted(begins, np.arange(len(number)), side="right") - 1]
+    return np.asarray(_first_rows(number) < run)
 
 
 def _runs(same: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:

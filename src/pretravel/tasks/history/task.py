@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -355,12 +354,13 @@ def _readings(file: DatedFile, reading: _Reading, seen: dict[str, str]) -> FileR
     """
     import numpy as np
 
+    from pretravel.qualification import touch_digests
+
     found = reading([file.path]).in_machine_axes()
     if found.unfinished:
         raise PretravelError(found.unfinished)
-    rows = np.round(found.touches.positions, 6) + 0.0  # a copy can be sorted
-    rows = rows[np.lexsort(rows.T)]
-    other = seen.setdefault(hashlib.sha256(rows.tobytes()).hexdigest(), file.path.name)
+    digests = touch_digests(np.round(found.touches.positions, 6))  # a copy can be sorted
+    other = seen.setdefault(digests, file.path.name)
     if other != file.path.name:
         raise PretravelError(
             f"its touches are those of {other}: a copy of a file is not another day"
