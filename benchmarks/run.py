@@ -91,6 +91,9 @@ BENCHMARKS: Mapping[str, Callable[[Sizes], Figures]] = {
     "over-directions": load.over_directions,
     "over-designs": load.over_designs,
     "over-unknowns": load.over_unknowns,
+    "over-features": load.over_features,
+    "over-days": load.over_days,
+    "over-faces": load.over_faces,
 }
 
 

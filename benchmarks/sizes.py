@@ -16,8 +16,9 @@ class Sizes:
         Points of the alternatives that take them one by one; their time is scaled up.
     repeats : int
         Runs of which the shortest counts, at most.
-    growing_touches, growing_directions, growing_designs : int
+    growing_touches, growing_directions, growing_designs, growing_features, growing_days : int
         The largest of three sizes, each ten times the one before.
+    growing_faces : tuple of int
     refinements : tuple of float
         Of the meshes.
     kinds : tuple of str
@@ -45,6 +46,9 @@ class Sizes:
     growing_touches: int = 1_000_000
     growing_directions: int = 1_000_000
     growing_designs: int = 4_000
+    growing_features: int = 200
+    growing_days: int = 1_000
+    growing_faces: tuple[int, ...] = (10, 106, 998, 1_986)
     refinements: tuple[float, ...] = (0.7, 1.0, 1.4)
     kinds: tuple[str, ...] = ()
     calculix: int = 1
@@ -68,6 +72,9 @@ SMALL = Sizes(
     growing_touches=10_000,
     growing_directions=20_000,
     growing_designs=100,
+    growing_features=200,
+    growing_days=300,
+    growing_faces=(10, 22),
     refinements=(0.3, 0.4, 0.5),
     kinds=("mean",),
     calculix=0,
