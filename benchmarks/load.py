@@ -165,8 +165,8 @@ def _peak() -> float:
 
 def measured(name: str, size: float) -> dict[str, float]:
     """Exact size, time and memory of one job, in this process. [s], [bytes]"""
-    with tempfile.TemporaryDirectory() as folder:
-        job(name, _FIRST.get(name, 2000), Path(folder))[1]()
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as first:
+        job(name, _FIRST.get(name, 2000), Path(first))[1]()
         exact, wanted = job(name, size, Path(folder))
         memory, start = _begin_memory(), _processor()
         wanted()
