@@ -115,7 +115,7 @@ def _days(count: int, folder: Path) -> Callable[[], object]:
         day_of(files, day).rename(files / f"{date:%Y-%m-%d}.csv")
     made = folder / f"map{count}.json"
     write_map(made, qualify(SPHERE, 24.9987, tip_diameter=6.0).pretravel_map)
-    return lambda: History(places=[files], map_file=made, diameter=24.9987).run().document()
+    return lambda: History(places=(files,), map_file=made, diameter=24.9987).run().document()
 
 
 def _plate(count: int, folder: Path) -> Callable[[], object]:
