@@ -149,7 +149,7 @@ class Shop:
     ) -> Touches:
         """The same touches on screws that repeat an error with each revolution.
 
-        Moved: at each turn the block stands up to 5 mm elsewhere along each axis.
+        Moved: in each orientation the block stands up to 5 mm elsewhere along each axis.
         """
         latched = np.array(touches.positions)
         at = latched + self.rng.uniform(-200.0, 200.0, 3)
@@ -223,7 +223,9 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--screw", type=float, default=0.0, help="amplitude of its error, µm")
     parser.add_argument("--pitch", type=float, default=5.0, help="of the screws, mm")
-    parser.add_argument("--moved", action="store_true", help="the block elsewhere at each turn")
+    parser.add_argument(
+        "--moved", action="store_true", help="the block at another place in each orientation"
+    )
     given = parser.parse_args()
     said = 0
     held = {name: [0, 0, 0, 0] for name in TERMS}

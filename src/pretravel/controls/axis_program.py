@@ -171,7 +171,7 @@ def _joined(
         int(row): (float(angle), way)
         for row, angle, way in zip(rows[:-1], turns, ways_up, strict=True)
     }
-    unknown = f"what turns with {sphere.letter} near the sphere" + (
+    unknown = f"parts and fixtures that turn with {sphere.letter} near the sphere" + (
         ", and the sphere's shank" if tilts else ""
     )
     if tilts and first.machine.work is not None:

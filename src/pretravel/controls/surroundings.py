@@ -153,7 +153,8 @@ class PartObstacle:
     @property
     def words(self) -> str:
         """See `Obstacle`."""
-        return f"any of the part's faces, {len(self.part.faces)} in all"
+        count = len(self.part.faces)
+        return f"the part ({count} face{'' if count == 1 else 's'}, all checked)"
 
     @property
     def top(self) -> float:

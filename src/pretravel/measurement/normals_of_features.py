@@ -94,7 +94,7 @@ def _refuse_other_feature(kind: str, fit: Association) -> None:
 
 _WHAT_TO_DO = (
     "Give the normals in the file or give the nominal surface; touches of several features need "
-    "labels such as bore1-1, bore1-2, bore2-1; leave out a gross touch"
+    "labels such as bore1-1, bore1-2, bore2-1; remove a gross touch from the file"
 )
 _LARGEST_FORM, _FORM_OF_RADIUS = 0.05, 0.02
 """Distance of a touch from its fitted feature that pretravel and form explain, in mm, and in parts

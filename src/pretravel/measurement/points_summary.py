@@ -395,8 +395,8 @@ class TouchSummary:
         return (
             f"a coefficient of friction of the part {FRICTION_APART:g} larger than that of the "
             f"reference moves inclined points by up to {self.by_friction / MICROMETRE:.1f} µm, "
-            "more than their U, which does not contain it: state its uncertainty (as 0.1 "
-            "for another metal)"
+            "more than their U, which does not contain it: state the uncertainty of the friction "
+            "(0.1 for another metal)"
         )
 
 

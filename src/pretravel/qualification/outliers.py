@@ -136,12 +136,24 @@ def repeat_outliers(
         for row in rows[apart[rows]]:
             distance = float(values[row] - median[group])
             message = (
-                f"{where(int(row))} at {describe(observation.directions[rows[0]])} lies "
-                f"{distance / MICROMETRE:+.1f} µm from the median of the {len(rows)} touches of "
-                f"its direction; repeatability explains {limit / MICROMETRE:.1f} µm"
+                f"{where(int(row))} at {describe(observation.directions[rows[0]])} "
+                f"{triggered(distance)} the median of the {len(rows)} touches of its direction; "
+                f"repeatability explains {limit / MICROMETRE:.1f} µm"
             )
             found.append(Outlier((int(row),), distance, limit, message))
     return found
+
+
+def triggered(distance: float) -> str:
+    """How much earlier or later than others a touch triggered, in words, from its pretravel. [mm]
+
+    >>> triggered(-0.0126)
+    'triggered 12.6 µm earlier than'
+    """
+    return (
+        f"triggered {abs(distance) / MICROMETRE:.1f} µm {'later' if distance > 0.0 else 'earlier'} "
+        "than"
+    )
 
 
 def median_of_groups(values: FloatArray, groups: IntArray) -> FloatArray:
@@ -288,9 +300,9 @@ def direction_outliers(
                 rows,
                 distance,
                 limit,
-                f"{names} at {describe(observation.directions[rows[0]])} "
-                f"lie{'' if rows[1:] else 's'} {distance / MICROMETRE:+.1f} µm from the prediction "
-                f"of the other directions; noise and kinks explain {limit / MICROMETRE:.1f} µm",
+                f"{names} at {describe(observation.directions[rows[0]])} {triggered(distance)} "
+                "the other directions predict; noise and kinks explain "
+                f"{limit / MICROMETRE:.1f} µm",
             )
         )
         good = current

@@ -36,7 +36,7 @@ from pretravel.qualification.change_tests import (
 )
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.observe import observe
-from pretravel.qualification.outliers import Outlier, median_of_groups
+from pretravel.qualification.outliers import Outlier, median_of_groups, triggered
 from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.unseen_turn import UnseenTurn, unseen_turn
 from pretravel.touches import (
@@ -495,8 +495,8 @@ def gross_touch(touches: Touches, compared: TouchesAndMap, rows: IntArray) -> Ou
         (int(rows[worst]),),
         float(distance),
         float(allowed),
-        f"{touches.where(int(rows[worst]))} at {describe(observation.directions[worst])} lies "
-        f"{distance / MICROMETRE:+.1f} µm from {base}; noise explains "
+        f"{touches.where(int(rows[worst]))} at {describe(observation.directions[worst])} "
+        f"{triggered(float(distance))} {base}; noise explains "
         f"{allowed / MICROMETRE:.1f} µm",
     )
 

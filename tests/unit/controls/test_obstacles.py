@@ -93,7 +93,7 @@ class TestPart:
         part = PartObstacle(cast("Any", SimpleNamespace(faces=faces, box=box)))
         assert part.top == 7.0
         assert part.off(np.array([[0.0, 0, 1.0], [0, 0, 4.0], [0, 0, 9.0]])).tolist() == [2, 1, 1]
-        assert part.words == "any of the part's faces, 2 in all"
+        assert part.words == "the part (2 faces, all checked)"
 
 
 def _gaps(ball: SphereObstacle, tip: FloatArray, *, touching: bool) -> FloatArray:

@@ -69,7 +69,8 @@ def test_a_touch_of_three_is_compared_with_their_median(sign: float, step: float
     assert found.limit == pytest.approx(limit, rel=1e-9)
     assert found.message.startswith("touch 20 at polar ")
     assert (
-        f"lies {1001.0 * sign * limit:+.1f} µm from the median of the 3 touches of its direction; "
+        f"triggered {1001.0 * limit:.1f} µm {'later' if sign > 0.0 else 'earlier'} than the median "
+        "of the 3 touches of its direction; "
         f"noise explains {1e3 * limit:.1f} µm" in found.message
     )
 
@@ -87,7 +88,7 @@ def test_of_a_pair_the_one_farther_from_the_map_is_named(sign: float) -> None:
     assert found.rows == (10,)
     assert found.distance == pytest.approx(1.001 * sign * math.sqrt(2.0) * limit, rel=1e-9)
     assert found.limit == pytest.approx(limit, rel=1e-9)
-    assert "from the other touch of its direction" in found.message
+    assert "than the other touch of its direction" in found.message
 
 
 def test_a_single_touch_is_compared_with_the_map() -> None:
@@ -106,7 +107,7 @@ def test_a_single_touch_is_compared_with_the_map() -> None:
     assert found.rows == (8,)
     assert found.distance == pytest.approx(1.001 * limit, rel=1e-9)
     assert found.limit == pytest.approx(limit, rel=1e-9)
-    assert "µm from the map; noise" in found.message
+    assert "than the map; noise" in found.message
     # One and a half steps excuse it.
     assert _gross(values, groups, step=1.002 * limit / 1.5) is None
     assert _gross(values, groups, step=limit / 1.5) is not None

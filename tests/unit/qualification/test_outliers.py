@@ -71,8 +71,9 @@ def test_a_touch_of_three_beyond_the_limit_is_named(sign: float, step: float) ->
     assert outlier.limit == pytest.approx(limit, rel=1e-6)
     assert outlier.left_out
     assert outlier.message == (
-        f"touch {row + 1} at {describe(NORMALS[10])} lies {1001.0 * sign * limit:+.1f} µm from the "
-        f"median of the 3 touches of its direction; repeatability explains {1e3 * limit:.1f} µm"
+        f"touch {row + 1} at {describe(NORMALS[10])} triggered {1001.0 * limit:.1f} µm "
+        f"{'later' if sign > 0.0 else 'earlier'} than the median of the 3 touches "
+        f"of its direction; repeatability explains {1e3 * limit:.1f} µm"
     )
 
 
@@ -310,10 +311,10 @@ def test_a_direction_is_named_beyond_its_limit(repeats: int, sign: float) -> Non
     assert len(detail.observation.values) == 24 * repeats
     first = 10 * repeats + 1
     names = f"touch {first}" + (f" to touch {first + 2} at" if repeats == 3 else " at")
-    verb = "lie" if repeats == 3 else "lies"
     assert one.message == (
-        f"{names} {describe(N[10])} {verb} {one.distance / UM:+.1f} µm from the prediction of the "
-        f"other directions; noise and kinks explain {one.limit / UM:.1f} µm"
+        f"{names} {describe(N[10])} triggered {abs(one.distance) / UM:.1f} µm "
+        f"{'later' if one.distance > 0.0 else 'earlier'} than the other directions "
+        f"predict; noise and kinks explain {one.limit / UM:.1f} µm"
     )
     for factor, number in ((0.97, 0), (1.03, 1)):
         size = sign * 0.03 + sign * factor * one.limit - one.distance

@@ -105,9 +105,8 @@ class Compensate(
         str | None,
         Field(
             help="Nominal surface, which gives normals and deviations (part.step, part.step#face, "
-            "plane:… or sphere:…, as pretravel simulate --help-all explains). Without it, the "
-            "normals "
-            "are those of the touches, and deviations refer to the columns nominal_x_mm…, if the "
+            "plane:polar=40,z=5, sphere:radius=12.5,x=30,y=20 …). Without it, the normals are "
+            "those of the touches, and deviations refer to the columns nominal_x_mm…, if the "
             "file has them.",
             reads=surface_files,
             word=is_shape,
@@ -408,8 +407,8 @@ def _error_of_placement(placement: Placement, points: Points) -> tuple[str, ...]
     most = 2.0 * float(along.max()) / MICROMETRE
     said = (
         f"deviations also contain the error of the placement, U up to {most:.2g} µm at these "
-        "points. u of these points is for the frame of the machine, without this error; that of "
-        "the points of align is for the frame of the part, and contains it"
+        "points. u of these points is for the frame of the machine, without this error; u of "
+        "the points that align writes is for the frame of the part, and contains it"
     )
     free = placement.errors.undetermined
     normals = placement.inverse.vectors(points.normals)

@@ -120,8 +120,8 @@ def _method(result: Qualification) -> str:
     made = result.pretravel_map.provenance
     return (
         f"The probe was {made.source} ({made.touches}). The pretravel of a touch is how far "
-        "the machine has moved between the first contact and the trigger. Centre, "
-        f"effective radius and a map of kind {result.pretravel_map.kind} were fitted to them; the "
+        "the machine has moved between the first contact and the trigger. Centre, effective "
+        f"radius and a map of kind {result.pretravel_map.kind} were fitted to the touches; the "
         "scatter of repeats and residuals, the reference and its temperature are in the "
         "uncertainty. The U of a point on a part contains the errors of a single touch and of the "
         "map, but none of the machine."
@@ -250,7 +250,7 @@ def _scores_table(scores: Sequence[KindScore]) -> Table:
         "left-out direction, which also contains the scatter of these touches; ± is its standard "
         "error. (error/u)²: mean over these directions, 1 where u is right. Score: mean of "
         "ln(u/µm) + (error/u)²/2; smaller is better. Weight: share of the kind in the averaged "
-        "map; with these weights the left-out touches are most probable.",
+        "map; the weights are chosen to make the left-out touches most probable.",
         detail=True,
     )
 

@@ -90,7 +90,7 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
         KeyFigure("pretravel", map_span(result.pretravel_map), "µm", remark="over the whole map"),
         KeyFigure(
             "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
-            remark=f"rms over the whole map; old map when made: {_rms_text(old_u)} µm"
+            remark=f"rms over the whole map; {_rms_text(old_u)} µm when the old map was made"
             f"{_of_centers(result)}",
         ),
         KeyFigure(

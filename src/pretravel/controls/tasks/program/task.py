@@ -303,8 +303,8 @@ class ProgramAxis(ProgramTask):
     sense: Annotated[
         Literal["against", "with"],
         Field(
-            help="How the sphere turns when the angle increases: with the right-hand rule about "
-            "the machine's axis, or against it, as on a table.",
+            help="Sense in which the sphere turns when the angle increases, with or against the "
+            "right-hand rule about the machine's axis: against it on a table.",
         ),
     ] = "against"
     turning_feed: Annotated[

@@ -121,10 +121,10 @@ def _motions_table(alignment: Alignment) -> Table:
         ),
         title="Placement of the part in the machine: values at the part's origin",
         explanation="Shifts of the part's origin along the machine's axes, and rotations about "
-        "these axes. U: k = 2, more where few touches show the form of the faces. U of a shift is "
-        "that of the middle of the touches, where it is smallest; at the origin it also contains U "
-        "of the rotations times the distance from there. U is empty where the touches do not "
-        "determine a motion.",
+        "these axes. U uses k = 2, or a larger k where few touches show the form of the faces. U "
+        "of a shift is that of the middle of the touches, where it is smallest; at the origin it "
+        "also contains U of the rotations times the distance from there. U is empty for a machine "
+        "axis along or about which any part of the motion is not determined.",
     )
 
 
@@ -205,8 +205,8 @@ def _touches_to_look_at(alignment: Alignment) -> list[str]:
         )
         one = len(alone) == 1
         found.append(
-            f"nothing checks the touch{'' if one else 'es'} {named}: the others are too few or "
-            f"nearly on a line, so {'this touch' if one else 'each of these touches'} alone "
+            f"no other touch checks {named}: the others of the face are too few or nearly on a "
+            f"line, so {'this touch' if one else 'each of these touches'} alone "
             "determines a motion. A gross error, or a touch on another face, would not be seen. "
             "Touch again close to it"
         )

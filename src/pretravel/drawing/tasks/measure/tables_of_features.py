@@ -60,7 +60,8 @@ _EXPLAINED = (
     "table of quantities is the upper bound of the true value. "
 )
 _SCALED = (
-    "u of a distance near zero is half of the difference between its value and the farther bound. "
+    "u of a distance near zero is half of the difference between its value and the farther bound "
+    "of the interval. "
     "Its sources are multiplied by one factor, so that together they give this u. "
 )
 _TILTED = (
@@ -310,8 +311,8 @@ def budget_section(inspected: InspectedFeature) -> Section:
     return Section(
         f"{shown_name(feature)}: sources of uncertainty",
         figures=(
-            KeyFigure("range without form", form.noise / MICROMETRE, "µm",
-                      remark="mean range of points on a perfect surface, from their errors"),
+            KeyFigure("range expected from errors", form.noise / MICROMETRE, "µm",
+                      remark="mean range of points on a perfect surface"),
             KeyFigure("noise subtracted", (form.measured - form.value) / MICROMETRE, "µm",
                       remark=f"from the {measured}, for the errors of the points" if form.value
                       else f"which is the whole {measured}: the errors of the points explain it"),
