@@ -349,7 +349,7 @@ class TouchSummary:
         return [*warnings, *filter(None, [self.other_tip])]
 
     def notes(self, pretravel_map: PretravelMap) -> list[str]:
-        """What holds where nobody states feed or orientation, for the report.
+        """What holds where feed, orientation, friction or scatter are not known, for the report.
 
         Parameters
         ----------
@@ -358,14 +358,14 @@ class TouchSummary:
         Returns
         -------
         list of str
-            Empty where both are stated, or do not matter.
+            Empty where all are known, or do not matter.
         """
         fed, turned = self.feed_note(pretravel_map), ""
         if pretravel_map.provenance.origin is Origin.QUALIFIED:
             turned = orientation_note(pretravel_map, stated=self.states_spindle)
         if fed and turned:  # one note, as they have one cause
             fed, turned = f"{fed}. {turned[0].upper()}{turned[1:]}", ""
-        notes = fed, turned, self._friction_note()
+        notes = fed, turned, self._friction_note(), self._scatter_note(pretravel_map)
         return [note for note in notes if note]
 
     def feed_note(self, pretravel_map: PretravelMap) -> str:
@@ -397,6 +397,16 @@ class TouchSummary:
             f"reference moves inclined points by up to {self.by_friction / MICROMETRE:.1f} µm, "
             "more than their U, which does not contain it: state the uncertainty of the friction "
             "(0.1 for another metal)"
+        )
+
+    def _scatter_note(self, pretravel_map: PretravelMap) -> str:
+        """That u contains the scatter of the reference, where the part's own was not seen."""
+        seen = self.scatter.repeats.dof > 0.0 or self.scatter.faces.dof > 0.0
+        if seen or not pretravel_map.repeatability > 0.0:
+            return ""
+        return (
+            "no place was touched twice: u contains the scatter of the touches on the reference "
+            f"({pretravel_map.repeatability / MICROMETRE:.2g} µm), not that of the part"
         )
 
 

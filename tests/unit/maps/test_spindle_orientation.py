@@ -19,6 +19,7 @@ from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.spindle_orientation import orientation_note, orientation_of, turned_to
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.points_summary import TouchSummary
+from pretravel.measurement.scatter_on_part import ScatterOnPart, ScatterSums
 from pretravel.qualification.change_causes import Cause
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.qualifying import qualify
@@ -194,7 +195,8 @@ def test_what_is_not_stated_is_said_once() -> None:
     assert said == pytest.approx(1e3 * np.abs(half).max(), rel=0.3)
     round_map = replace(mean_map(0.01), provenance=Provenance(origin=Origin.QUALIFIED))
     assert orientation_note(round_map, stated=False) == ""
-    quiet = TouchSummary(10, 1.0, (60.0, 60.0), 0.0, 0)
+    twice = ScatterOnPart(repeats=ScatterSums(1e-7, 1e-7, 1.0))
+    quiet = TouchSummary(10, 1.0, (60.0, 60.0), 0.0, 0, scatter=twice)
     assert len(quiet.notes(none)) == 1
     assert replace(quiet, states_spindle=True).notes(made) == []
 

@@ -55,6 +55,15 @@ def test_repeated_places_show_the_scatter_of_the_part(scatter: float) -> None:
     assert 0.7 < np.mean(chi) < 1.6
 
 
+@pytest.mark.parametrize("times", [1, 2])
+def test_single_touches_leave_the_scatter_of_the_part_open(times: int) -> None:
+    """On a curved surface; of repeats it is known."""
+    normals = np.repeat(fibonacci_cap(12, 1.4), times, axis=0)
+    touches, points = _compensated(50.0 * normals, normals, OF_MAP * np.ones(12 * times))
+    said = " ".join(TouchSummary.of(touches, points, MAP).notes(MAP))
+    assert ("scatter of the touches on the reference (0.3 µm), not" in said) == (times == 1)
+
+
 @pytest.mark.parametrize(
     ("scatter", "bow", "touches", "said"),
     [
