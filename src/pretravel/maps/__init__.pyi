@@ -64,6 +64,7 @@ from .spherical_harmonics import degrees_and_orders as degrees_and_orders
 from .spherical_harmonics import real_spherical_harmonics as real_spherical_harmonics
 from .spindle_orientation import REVERSAL as REVERSAL
 from .spindle_orientation import SAME_ORIENTATION as SAME_ORIENTATION
+from .spindle_orientation import axis_note as axis_note
 from .spindle_orientation import error_of_a_turn as error_of_a_turn
 from .spindle_orientation import is_reversal as is_reversal
 from .spindle_orientation import one_word as one_word

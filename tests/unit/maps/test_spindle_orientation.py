@@ -94,16 +94,23 @@ def test_touches_at_several_orientations_are_not_of_a_map_that_states_none() -> 
         ({"orientation": "down"}, {"orientations": "front"}),
         ({"tip": "T1A0B0"}, {"tips": "T2A90B-45"}),
         ({"tip": "T1A0B0"}, {"orientations": "A90 B0"}),
+        ({}, {"tips": "T1A0B0", "orientations": "A90 B0"}),
     ],
 )
 def test_a_turned_head_is_refused(of_map: dict[str, str], of_touches: dict[str, str]) -> None:
     made, touches = _qualified(None), scene_of(Job("baseline", 4, "harmonic")).later_touches
     stated = replace(made, provenance=replace(made.provenance, **of_map))
     words = {name: (word,) * len(touches) for name, word in of_touches.items()}
+    alone = len(words) == 1  # else the touches contradict themselves
+    refused = "are of the orientation .*the head has turned" if alone else "head other angles"
     for command in (apply, lambda t, m: verify(t, m, 25.0), lambda t, m: update_map(t, m, 25.0)):
-        command(replace(touches, **words), made)
-        with pytest.raises(PretravelError, match=r"are of the orientation .*the head has turned"):
+        if alone:
+            command(replace(touches, **words), made)
+        with pytest.raises(PretravelError, match=refused):
             command(replace(touches, **words), stated)
+    if not alone:
+        with pytest.raises(PretravelError, match=refused):
+            qualify(replace(_reference(), **{n: (w[0],) * 75 for n, w in words.items()}), 25.0)
 
 
 @pytest.mark.parametrize(
@@ -159,6 +166,11 @@ def test_a_map_states_the_tip_and_the_head_of_its_touches() -> None:
     touches = _reference()
     words = {"tips": ("T1",) * len(touches), "orientations": ("A0B0",) * len(touches)}
     made = qualify(replace(touches, **words), 25.0, tip_diameter=6.0, kind="mean")
+    tilted = qualify(
+        replace(touches, tips=("T1A90B0",) * len(touches)), 25.0, tip_diameter=6.0, kind="mean"
+    )
+    for found, expected in ((made, False), (tilted, True)):
+        assert any("the head was tilted by 90°" in said for said in found.warnings) is expected
     assert (made.pretravel_map.provenance.tip, made.pretravel_map.provenance.orientation) == (
         "T1", "A0B0",
     )  # fmt: skip
