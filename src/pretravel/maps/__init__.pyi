@@ -72,6 +72,7 @@ from .spindle_orientation import orientation_note as orientation_note
 from .spindle_orientation import orientation_of as orientation_of
 from .spindle_orientation import refuse_other_orientation as refuse_other_orientation
 from .spindle_orientation import refuse_turned_map as refuse_turned_map
+from .spindle_orientation import stated_by_one as stated_by_one
 from .spindle_orientation import tip_note as tip_note
 from .support import DirectionSupport as DirectionSupport
 from .support import some_directions as some_directions

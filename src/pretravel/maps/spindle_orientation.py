@@ -137,6 +137,14 @@ def tip_note(touches: Touches, pretravel_map: PretravelMap) -> str:
     )
 
 
+def stated_by_one(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
+    """Sentences about orientations of head and spindle that touches or map alone state."""
+    stated = touches.spindle is not None
+    alone = stated != (pretravel_map.provenance.spindle_deg is not None)
+    turned = orientation_note(pretravel_map, stated=stated) if alone else ""
+    return [*filter(None, [tip_note(touches, pretravel_map), turned])]
+
+
 REVERSAL = "reversal"
 """Orientation of means of touches at 0° and 180° of the spindle, which have no odd lobes."""
 
