@@ -44,7 +44,7 @@ _CMM = {
         ),
         "unit": ("UNITS/INCH",),
         "part": ("PART NAME  : SECOND", "SER NUMBER : 12"),
-        "pass": ("TOUCHSPEED/ 1",),
+        "pass": ("TOUCHSPEED/ 1",), "radius": ("AUTOCALIBRATE/PROBE, SPHERE=QS1",),
     },
     "dmis": {
         "tip": ("SNSLCT/SA(TIP_1MM)", "SNSLCT/S(PROBE2)", "SA(OTHER)"),
@@ -53,8 +53,8 @@ _CMM = {
             "DATSET/DAT(A),ZDIR", "ROTAB/RT(1),INCR,CW,90", "TRANS/ZORIG,FA(P1)", "ROTATE/ZAXIS,90",
         ),
         "unit": ("UNITS/INCH,ANGDEC",),
-        "part": ("PS(2)=PARTSN/'17'", "FILNAM/'B',05.2"),
-        "pass": ("FEDRAT/MESVEL,MPM,0.1",),
+        "part": ("PS(2)=PARTSN/'17'", "FILNAM/'B',05.2", "LI(2)=LOTID/'7'", "DI(1)=DMEID/'M2'"),
+        "pass": ("FEDRAT/MESVEL,MPM,0.1",), "radius": ("CALIB/SENS,S(PROBE2)",),
     },
     "fusion": {
         "tip": ("T5", "T5 M6"),
@@ -63,32 +63,50 @@ _CMM = {
         "part": ("START", "RESULTSFILE Part2-RESULTS"),
     },
     "grbl": {
-        "tip": (">>> T2 M6", "> M6 T3"),
+        "tip": (
+            ">>> T2 M6", "> M6 T3", "> M61 Q2", ">>> (tip changed)",
+            "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T2 F0 S0]",
+        ),
         "frame": (
             "> G55", "> G10 L20 P1 Z0", "> G92 X0",
             "<Idle|MPos:0.000,0.000,0.000|WCO:-90.000,50.000,-20.000>", "> G68 X0 Y0 R45",
-            "> $100=80", "> G0 A90", "> G1 X1 B-30 F100", "M19 S90",
+            "> $100=80", "> G0 A90", "> G1 X1 B-30 F100", "M19 S90", "ALARM:1", "[MSG:Homing]",
         ),
         "unit": ("$13=1",),
     },
-    "g2core": {"tip": ("T2 M6",), "frame": ("G55", '{"g55z":-3.000}')},
+    "g2core": {
+        "tip": ("T2 M6", "M6 T2"),
+        "frame": (
+            "G55", '{"g55z":-3.000}', "G28.2 Z0", "G43 H1", '{"1tr":5.000}', "M19 S90",
+            '{"r":{"fv":0.99,"msg":"SYSTEM READY"},"f":[1,0,9]}',
+        ),
+    },
     "klipper": {
-        "tip": ("T1",), "frame": ("SET_KINEMATIC_POSITION Z=10", "G92 Z0"), "series": ("G28 Z",),
+        "tip": ("T1", "ACTIVATE_EXTRUDER EXTRUDER=extruder1"),
+        "frame": ("SET_KINEMATIC_POSITION Z=10", "G92 Z0"),
+        "series": ("G28 Z", "Z_TILT_ADJUST", "// Klipper state: Ready"),
         "pass": ("PROBE_ACCURACY PROBE_SPEED=2",),
     },
-    "marlin": {"tip": ("T1",), "frame": ("Send: G92 Z0",), "series": ("Send: G28",)},
+    "marlin": {
+        "tip": ("T1",), "frame": ("Send: G92 Z0", "M92 Z400"), "series": ("Send: G28", "start"),
+    },
     "positions": {
         "tip": ("T2",), "frame": ("G55", "G92 X0", "G10 L2 P1 Z5"), "unit": ("G20",),
-        "relative": ("G91",),
+        "relative": ("G91", "G16", "G7"), "orientation": ("M19 S90",), "part": ("O1234",),
     },
     "probeopen": {"frame": ("G55", "10 0 3 0 0 45 0 0 0")},
-    "csv": {"tip": ("# tip 2", "TIP;2"), "unit": ("# units: inch",), "frame": ("# G55",)},
+    "csv": {
+        "radius": ("# radius compensation on",), "tip": ("# tip 2", "TIP;2"),
+        "unit": ("# units: inch",), "frame": ("# G55",),
+    },
     "cmm-listing": {"frame": ("       PLANE OTHER CART PCS MM ANGDEC 09:31 May 04,2026",)},
     "cmm-centres": {"tip": ("TIP 2",)},
     "height-grid": {"tip": ("TIP 2",)},
     "candle-map": {"tip": ("TIP 2",), "frame": ("1;2;3",)},
     "linuxcnc": {"tip": ("tool,2,end",), "frame": ("work,G55,0,end",)},
-    "reprap": {"tip": ("T1",), "frame": ("G92 Z0",), "series": ("G28",)},
+    "reprap": {
+        "tip": ("T1", "M558 K1 P8"), "frame": ("G92 Z0", "G31 P500 Z1.2"), "series": ("G28",),
+    },
     "trip-map": {"tip": ("TIP 2",), "part": ("Probe 8",)},
 }  # fmt: skip
 WITHOUT_LINES = {"qif", "print"}

@@ -20,7 +20,7 @@ from pretravel.files.format_registry import FORMATS, format_named, format_of
 from pretravel.files.logs.double_touches import with_passes, without_passes, without_searches
 from pretravel.files.misses import named_misses
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_conditions import refuse_other_tip
+from pretravel.files.stated_conditions import refuse_other_tip, refuse_tips_by_name
 from pretravel.files.stated_normals import (
     one_normal,
     with_ring_normals,
@@ -89,6 +89,8 @@ def read_readings(
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
     if readings.tip_radius is not None and options.tip_radius is not None:
         refuse_other_tip(file, 2.0 * readings.tip_radius, 2.0 * options.tip_radius)
+    if options.tip_radius is not None:
+        refuse_tips_by_name(file, readings.touches.tips or (), 2.0 * options.tip_radius)
     if readings is found and (options.plan or options.normal):
         which = "plan" if options.plan else "normal"
         unused = f"the file itself gives the normal at each touch: the {which} was not used"

@@ -36,6 +36,8 @@ class RowStatement:
         after it are not read together.
     example : str
         A line of the format, for tests.
+    event : bool
+        The same value again is another one: the machine was homed again.
     """
 
     words: str
@@ -43,6 +45,7 @@ class RowStatement:
     means: StatementMeaning = "nothing"
     then: StatementOutcome = "harmless"
     example: str = ""
+    event: bool = False
 
 
 def any_of(words: str) -> str:
@@ -107,6 +110,7 @@ class StatedRows:
     unknown: list[tuple[int, str]] = field(default_factory=list)
     unmeasured: list[tuple[int, str]] = field(default_factory=list)
     _held: dict[str, tuple[str, int]] = field(default_factory=dict)
+    _events: dict[str, tuple[int, int]] = field(default_factory=dict)
     _broken: tuple[str, int] | None = None
 
     def state(self, column: str, value: str) -> None:
@@ -123,7 +127,9 @@ class StatedRows:
         if self.rows and (before is None or before[0] != value):
             self._broken = (what, number)
 
-    def take(self, found: tuple[RowStatement, str] | None, line: str, number: int) -> None:
+    def take(
+        self, found: tuple[RowStatement, str] | None, line: str, number: int, sent: str = ""
+    ) -> None:
         """Take a line that is not a reading.
 
         Parameters
@@ -132,21 +138,30 @@ class StatedRows:
             From `Statements.of`.
         line : str
         number : int
+        sent : str
+            The line without what a program wrote before it, where it did.
         """
         if re.search(_NOT_MEASURED, line, re.IGNORECASE):
             self.unmeasured.append((number, line))
-        if (found is None or _NOTE.match(line)) and changes_rows(line):
+        if (found is None or _NOTE.match(sent or line)) and changes_rows(line):
             self.hold(f"the meaning of the rows, perhaps ('{shortened(line)}')", line, number)
         if found is None:
             self.unknown.append((number, line))
             return
         statement, value = found
         if statement.then == "carried":
-            self.state(statement.means, value)
+            self.state(statement.means, self._event(value) if statement.event else value)
         elif statement.then == "refused":
             # A shift or turn that is stated again is another one.
             again = f"{value} {number}" if statement.means == "frame" else value
             self.hold(f"{CHANGES[statement.means]} ({statement.words})", again, number)
+
+    def _event(self, value: str) -> str:
+        """Name of an event: that of the second time, with rows in between, ends in (2)."""
+        times, rows = self._events.get(value, (0, -1))
+        times += rows != self.rows
+        self._events[value] = (times, self.rows)
+        return value if times == 1 else f"{value} ({times})"
 
     def row(self, number: int, values: Mapping[str, str] | None = None) -> None:
         """A reading on a line: what was stated holds for it.
@@ -279,6 +294,7 @@ _CHANGES_ROWS = (
     r"^\W*(?:fast|slow|schnell|langsam)(?:ly)?(?: (?:pass|touch)\w*)?\W*$|"
     r"^\W*T\d+\b|^\W*(?:N\d+\W+)?M0?6\b|\bM0?19\W*[A-Z]\W?[-+]?\d|\bSPOS\b|"
     rf"{_TURN}|"
+    r"\b(?:radius|tip|ball|cutter|probe)\W?comp(?:ensation)?\W+(?:on|off|ein|aus|an)\b|"
     rf"{_A_FEED}|"
     rf"{_ANGLES}|"
     r"\b[ABC]\W(?:axis|achse)\b|\b(?:axis|achse)\W[ABC]\b|"
@@ -300,7 +316,10 @@ _CONDITIONS = (
     rf"{_ANGLES}|"
     r"\bmirror\w*\W+[XYZ]\b|"
     r"\bU(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]\s?\d|"
-    r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head)\b\W*(?:[:=]\W*)?(?:[A-CX-Z]\W*)?[-+]?\d"
+    r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head|axis|achse|shank|delay|latency|form|"
+    r"backlash|umkehrspanne|friction|reibung)\b\W*(?:[A-Z]{1,3}\W*)?[-+]?\d|"
+    r"\b(?:tip|stylus|probe|sensor|taster|tool|werkzeug|orientation|ausrichtung)\b\W*"
+    r"(?:(?:name|no|nr|number|id|is)\b\W*)*(?:[:=]\W*\w|\w*\d)"
 )
 """Lines before the rows that state what points depend on, and no option or column reads."""
 

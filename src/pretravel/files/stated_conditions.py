@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
@@ -155,6 +155,29 @@ def refuse_other_tip(
     InputError
     """
     _refuse_other(file, "tip", stated, used, where, line, ("map_file", "tip_diameter"))
+
+
+_IN_NAME = re.compile(
+    r"(?:(?:tip|ball|ruby|rubin|kugel|taster|stylus|probe)[\s_-]*+)?[dØ⌀]?\s*+(?P<mm>\d++(?:[.,]\d++)?)"
+    r"\s?mm(?:[\s_-]*+(?:tip|ball|ruby|rubin|kugel|taster|stylus|probe))?|"
+    r"[a-z_]*+(?P<by>\d++(?:[.,]\d++)?)BY\d.*",
+    re.IGNORECASE,
+)
+"""A name that gives the diameter of a tip: 4 mm, TIP_1MM, 2BY50MM."""
+
+
+def refuse_tips_by_name(file: SourceFile, names: Sequence[str], diameter: float) -> None:
+    """Refuse a tip whose name gives it another diameter than the one that is used. [mm]
+
+    Raises
+    ------
+    InputError
+    """
+    for name in dict.fromkeys(names):
+        found = _IN_NAME.fullmatch(name.strip())
+        if found is not None:
+            stated = float((found["mm"] or found["by"]).replace(",", "."))
+            refuse_other_tip(file, stated, diameter, f"its name, {name},")
 
 
 def _refuse_other(

@@ -64,6 +64,7 @@ from .spherical_harmonics import degrees_and_orders as degrees_and_orders
 from .spherical_harmonics import real_spherical_harmonics as real_spherical_harmonics
 from .spindle_orientation import REVERSAL as REVERSAL
 from .spindle_orientation import SAME_ORIENTATION as SAME_ORIENTATION
+from .spindle_orientation import axis_note as axis_note
 from .spindle_orientation import error_of_a_turn as error_of_a_turn
 from .spindle_orientation import is_reversal as is_reversal
 from .spindle_orientation import one_word as one_word
@@ -71,6 +72,7 @@ from .spindle_orientation import orientation_note as orientation_note
 from .spindle_orientation import orientation_of as orientation_of
 from .spindle_orientation import refuse_other_orientation as refuse_other_orientation
 from .spindle_orientation import refuse_turned_map as refuse_turned_map
+from .spindle_orientation import stated_by_one as stated_by_one
 from .spindle_orientation import tip_note as tip_note
 from .support import DirectionSupport as DirectionSupport
 from .support import some_directions as some_directions

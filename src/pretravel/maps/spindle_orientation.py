@@ -21,12 +21,14 @@ def orientation_of(touches: Touches) -> float | None:
     Raises
     ------
     PretravelError
-        Several orientations: a map is that of one.
+        Several orientations: a map is that of one. A tip and an orientation of the head that
+        contradict each other.
 
     >>> up = [[0.0, 0.0, 1.0]]
     >>> orientation_of(Touches([[0.0, 0.0, 3.0]], up, spindle=np.array([np.pi])))
     180.0
     """
+    _refuse_two_heads(touches)
     if touches.spindle is None:
         return None
     angles = touches.spindle / DEGREE
@@ -56,6 +58,8 @@ _HEAD = re.compile(r"A(-?\d+(?:\.\d+)?)[ _/]?B(-?\d+(?:\.\d+)?)", re.IGNORECASE)
 """Angles of an indexing head in the name of a tip, as in T1A90B0."""
 _TOOL = re.compile(r"^(?:t|tool|tip|stylus|probe|werkzeug|taster)?[\s_#:.-]*+0*+(?=\d)")
 """Before the number of a tip: T05 is 5."""
+_TILTED = 5.0
+"""A head that is tilted by less holds the probe along z. [deg]"""
 _ANGLES = re.compile(r"-?\d+(?:\.\d+)?")
 
 
@@ -65,6 +69,39 @@ def _head(tip: str, orientation: str) -> tuple[float, ...] | str:
     found = _HEAD.search(own or tip)
     angles = found.groups() if found else _ANGLES.findall(own)
     return tuple(map(float, angles)) or own.strip().casefold()
+
+
+def _refuse_two_heads(touches: Touches) -> None:
+    """Refuse a touch whose tip gives the head other angles than its orientation."""
+    words = touches.words
+    for tip, orientation in dict.fromkeys(
+        zip(words.get("tip", ()), words.get("orientation", ()), strict=False)
+    ):
+        one, other = _HEAD.search(tip), _HEAD.search(orientation)
+        if one and other and tuple(map(float, one.groups())) != tuple(map(float, other.groups())):
+            raise PretravelError(
+                f"the tip is {tip}, and the orientation {orientation}: they give the head other "
+                "angles. Correct the one that is wrong, or leave its column out",
+                inputs=("columns",),
+            )
+
+
+def axis_note(pretravel_map: PretravelMap) -> str:
+    """A sentence where the head was tilted, as a name gives it, and the probe axis is along z.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    """
+    made = pretravel_map.provenance
+    found = _HEAD.search(made.orientation or made.tip)
+    tilt = abs((float(found[1]) + 180.0) % 360.0 - 180.0) if found else 0.0
+    if tilt <= _TILTED or pretravel_map.rotation[2, 2] < 1.0:
+        return ""
+    return (
+        f"{made.orientation or made.tip} says that the head was tilted by {tilt:g}°, and the probe "
+        "axis is along z: give the axis of the probe as the head holds it"
+    )
 
 
 def _refuse_other_tip(touches: Touches, pretravel_map: PretravelMap) -> None:
@@ -98,6 +135,14 @@ def tip_note(touches: Touches, pretravel_map: PretravelMap) -> str:
         f"{who}: if the head was turned, the pretravel is that of other directions, and U does not "
         "contain this. Give both the orientation (column orientation)"
     )
+
+
+def stated_by_one(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
+    """Sentences about orientations of head and spindle that touches or map alone state."""
+    stated = touches.spindle is not None
+    alone = stated != (pretravel_map.provenance.spindle_deg is not None)
+    turned = orientation_note(pretravel_map, stated=stated) if alone else ""
+    return [*filter(None, [tip_note(touches, pretravel_map), turned])]
 
 
 REVERSAL = "reversal"
@@ -144,6 +189,7 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
         Both are stated, and differ; or the touches are of several and the map states none; one
         is of means at two orientations of the spindle, the other is not.
     """
+    _refuse_two_heads(touches)
     _refuse_reversal(touches, pretravel_map)
     made = pretravel_map.provenance
     head = _head(made.tip, made.orientation)

@@ -31,6 +31,7 @@ from .points_summary import CompensatedRows as CompensatedRows
 from .points_summary import Moments as Moments
 from .points_summary import PointsSummary as PointsSummary
 from .points_summary import TouchSummary as TouchSummary
+from .points_summary import other_nominal_points as other_nominal_points
 from .selection import named_feature as named_feature
 from .selection import points_of_features as points_of_features
 from .selection import points_on_faces as points_on_faces

@@ -19,6 +19,7 @@ from pretravel.maps import (
     PretravelMap,
     QualificationSetup,
     Scatter,
+    axis_note,
     hidden_lobes,
     some_directions,
 )
@@ -134,7 +135,8 @@ def map_warnings(
         )
     directions, value, u = pretravel_map.over_support()
     highest = int(np.argmax(value))
-    found += filter(None, [before_contact(pretravel_map, tip_known=observation.tip_known)])
+    before = before_contact(pretravel_map, tip_known=observation.tip_known)
+    found += filter(None, [before, axis_note(pretravel_map)])
     if value[highest] > IMPLAUSIBLE_PRETRAVEL:
         found.append(
             f"pretravel rises to {value[highest] / MICROMETRE:.1f} µm at "

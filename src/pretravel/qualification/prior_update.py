@@ -26,7 +26,7 @@ from pretravel.maps import (
     QualificationSetup,
     Scatter,
     refuse_other_orientation,
-    tip_note,
+    stated_by_one,
 )
 from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
@@ -191,7 +191,7 @@ def update_map(
             "themselves: qualify without the old map"
         )
     refuse_other_orientation(touches, old_map)
-    noted = [*filter(None, [tip_note(touches, old_map)]), *_feed_warnings(touches, old_map)]
+    noted = [*stated_by_one(touches, old_map), *_feed_warnings(touches, old_map)]
     setup = QualificationSetup(diameter, 2.0 * old_map.tip_radius, ring)
     u_size, said = other_reference(setup, old_map)
     noted += said

@@ -24,7 +24,7 @@ from pretravel.maps import (
     QualificationSetup,
     as_map,
     refuse_other_orientation,
-    tip_note,
+    stated_by_one,
 )
 from pretravel.qualification.change_causes import Cause, LikelyCause, likely_causes
 from pretravel.qualification.change_tests import (
@@ -244,7 +244,7 @@ def touches_beside_map(
     touches.refuse_several(one_reference=True)
     refuse_unverifiable(pretravel_map)
     refuse_other_orientation(touches, pretravel_map)
-    conditions = [*filter(None, [tip_note(touches, pretravel_map)])]
+    conditions = stated_by_one(touches, pretravel_map)
     conditions += _feed_warnings(touches, pretravel_map)
     touches = pretravel_map.without_machine(touches)
     setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)

@@ -357,8 +357,13 @@ class LaboratoryReport(Reported):
         ),
     ] = None
 
-    def statements(self) -> LaboratoryStatements | None:
+    def statements(self, **read: float | None) -> LaboratoryStatements | None:
         """What the file of the laboratory states; None without a file.
+
+        Parameters
+        ----------
+        **read : float or None
+            What files give in the place of settings, such as a feed.
 
         Raises
         ------
@@ -372,6 +377,7 @@ class LaboratoryReport(Reported):
         found = read_laboratory(self.lab)
         every = vars(self)
         used = {key: value for key, value in every.items() if not unused(type(self), key, every)[0]}
+        used |= {key: value for key, value in read.items() if used.get(key) is None}
         for setting, said in found.contradictions(used):
             raise PretravelError(
                 f"{self.lab.name} contradicts {said}. Correct the one that is wrong",

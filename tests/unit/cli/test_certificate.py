@@ -98,6 +98,13 @@ def test_a_reference_in_a_warm_room_is_named(tmp_path: Path) -> None:
     command = ("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean")
     assert "larger by 2.0 µm" in both_outputs(*command, "--lab", lab)[1]
     assert "larger by" not in both_outputs(*command, "--lab", lab, "--u-temperature", 4)[1]
+    head, *rows = SPHERE.read_text().splitlines()
+    fed = tmp_path / "fed.csv"
+    fed.write_text("\n".join([f"{head},feed_mm_min", *(f"{row},500" for row in rows)]))
+    for feed, code in ((300, 2), (500, 0)):
+        lab.write_text(f'[method]\nfeed = "{feed} mm/min"\n')
+        told = run(command[0], fed, *command[2:], "--lab", lab, code=code)
+        assert ("it gives '300 mm/min', and 500 is used" in told) == (code == 2)
 
 
 @pytest.mark.long

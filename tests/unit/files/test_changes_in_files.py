@@ -99,6 +99,8 @@ def test_a_message_of_grbl_that_speaks_of_another_tool_is_refused() -> None:
     assert len(_read(reports.format("[MSG:Check door]")).positions) == 2
     with pytest.raises(InputError, match=r"line 3: .*Tool change T2"):
         _read(reports.format("[MSG:Tool change T2]"))
+    told = _read(reports.format("Grbl 1.1f ['$' for help]")).warnings
+    assert any("started again among the touches (line 3)" in one for one in told)
 
 
 def test_columns_of_tool_radii_and_of_relative_coordinates() -> None:

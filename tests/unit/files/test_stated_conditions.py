@@ -38,6 +38,8 @@ def read(header: str = "", cell: str = "", comment: str = "", options: ReadingOp
         ("cal_ball_dia_mm", "6", "", "gives the reference a diameter of 6 mm, and 25 mm"),
         ("", "", "# probe radius compensation: on", "the control or the CMM compensated"),
         ("", "", "# Compensated points", "the control or the CMM compensated"),
+        ("tip", "TIP_4mm", "", "its name, TIP_4mm, gives the tip a diameter of 4 mm, and 6 mm"),
+        ("tip", "2BY50MM", "", "diameter of 2 mm"),
         ("compensated", "yes", "", "the control or the CMM compensated"),
         ("Radius comp.", "ON", "", "the control or the CMM compensated"),
     ],
@@ -56,6 +58,9 @@ def test_what_contradicts_the_job_is_refused_by_name(
         ("tip_diameter_mm", "5.967", ""),  # the effective diameter: less twice the pretravel
         ("tip_diameter_mm", "6", "# reference sphere diameter 24.9987 mm"),
         ("tip dia [inch]", "0.23622", ""),
+        ("tip", "6 mm ball", ""),
+        ("tip", "T4", ""),
+        ("tip", "M4 x 50 mm", ""),
         ("compensated", "no", ""),
         ("", "", "# probe radius subtracted: none"),
         ("", "", "# radius compensation: off"),
@@ -108,11 +113,16 @@ def test_a_unit_before_the_header_must_be_that_of_the_header(first: str) -> None
         read_readings(SourceFile("a.csv", text.format(other).encode()), job)
 
 
-def test_conditions_before_the_rows_that_nothing_reads_are_named() -> None:
-    text = b"# part 7, 12 points\n# feed: 500\nx_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n"
-    found = read_readings(SourceFile("a.csv", text)).warnings
+@pytest.mark.parametrize(
+    "words",
+    ["feed: 500", "probe axis 0,1,0", "shank IJK=0,1,0", "sphere form 1.2 µm", "delay 3 ms",
+     "backlash 5 µm", "tip T2A90B0", "stylus: RUBY2", "orientation: down"],
+)  # fmt: skip
+def test_conditions_before_the_rows_that_nothing_reads_are_named(words: str) -> None:
+    text = f"# part 7, 12 points\n# {words}\nx_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n"
+    found = read_readings(SourceFile("a.csv", text.encode())).warnings
     assert len(found) == 1
-    assert "not read: line 2 '# feed: 500'." in found[0]
+    assert f"not read: line 2 '# {words}'." in found[0]
 
 
 @pytest.mark.parametrize(

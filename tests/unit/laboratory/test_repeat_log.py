@@ -69,6 +69,11 @@ def test_each_order_is_a_series_of_its_own() -> None:
     assert found.series[1].values == pytest.approx(HEIGHTS[::-1])
     assert found.series[1].lines[0] == 9
     assert found.single == 2
+    one = "".join(f"// probe at 97.000,2.000 is z={z}\n" for z in HEIGHTS)
+    homed = read_repeats(_log("G28\n" + one + "G28\n" + one + "Z_TILT_ADJUST\n" + one))
+    assert [each.name for each in homed.series] == [
+        f"probe {name}" for name in ("G28", "G28 (2)", "Z_TILT_ADJUST")
+    ]
 
 
 def test_points_that_are_touched_in_turn() -> None:

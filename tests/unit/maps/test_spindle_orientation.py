@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -95,16 +96,23 @@ def test_touches_at_several_orientations_are_not_of_a_map_that_states_none() -> 
         ({"orientation": "down"}, {"orientations": "front"}),
         ({"tip": "T1A0B0"}, {"tips": "T2A90B-45"}),
         ({"tip": "T1A0B0"}, {"orientations": "A90 B0"}),
+        ({}, {"tips": "T1A0B0", "orientations": "A90 B0"}),
     ],
 )
 def test_a_turned_head_is_refused(of_map: dict[str, str], of_touches: dict[str, str]) -> None:
     made, touches = _qualified(None), scene_of(Job("baseline", 4, "harmonic")).later_touches
     stated = replace(made, provenance=replace(made.provenance, **of_map))
     words = {name: (word,) * len(touches) for name, word in of_touches.items()}
+    alone = len(words) == 1  # else the touches contradict themselves
+    refused = "are of the orientation .*the head has turned" if alone else "head other angles"
     for command in (apply, lambda t, m: verify(t, m, 25.0), lambda t, m: update_map(t, m, 25.0)):
-        command(replace(touches, **words), made)
-        with pytest.raises(PretravelError, match=r"are of the orientation .*the head has turned"):
+        if alone:
+            command(replace(touches, **words), made)
+        with pytest.raises(PretravelError, match=refused):
             command(replace(touches, **words), stated)
+    if not alone:
+        with pytest.raises(PretravelError, match=refused):
+            qualify(replace(_reference(), **{n: (w[0],) * 75 for n, w in words.items()}), 25.0)
 
 
 @pytest.mark.parametrize(
@@ -138,28 +146,39 @@ def test_a_tip_of_another_name_is_refused(mine: str, other: str, refused: bool) 
         ({}, {"tips": "T2A90B0"}, "are of the orientation T2A90B0, the map states none"),
         ({"orientation": "A0B0"}, {"orientations": "A0 B0"}, ""),
         ({"tip": "T1"}, {}, ""),
+        ({"spindle_deg": 90.0}, {}, "the map is of spindle 90°, the touches have no orientation"),
     ],
 )
 def test_a_head_that_one_side_states_is_named(
-    of_map: dict[str, str], of_touches: dict[str, str], told: str
+    of_map: dict[str, str | float], of_touches: dict[str, str], told: str
 ) -> None:
     touches = scene_of(Job("baseline", 4, "harmonic")).later_touches
     words = {name: (word,) * len(touches) for name, word in of_touches.items()}
     made, stated = _qualified(None), replace(touches, **words)
     made = replace(made, provenance=replace(made.provenance, **of_map))
+    summary = TouchSummary.of(stated, apply(stated, made), made)
     for said in (
-        TouchSummary.of(stated, apply(stated, made), made).warnings(made),
+        [*summary.warnings(made), *summary.notes(made)],
         update_map(stated, made, 25.0).warnings,
     ):
-        heads = [each for each in said if "if the head was turned" in each]
+        heads = [
+            each
+            for each in said
+            if re.search("if the head was turned|the map is of spindle", each, re.I)
+        ]
         assert len(heads) == bool(told)
-        assert all(told in each for each in heads)
+        assert all(told.lower() in each.lower() for each in heads)
 
 
 def test_a_map_states_the_tip_and_the_head_of_its_touches() -> None:
     touches = _reference()
     words = {"tips": ("T1",) * len(touches), "orientations": ("A0B0",) * len(touches)}
     made = qualify(replace(touches, **words), 25.0, tip_diameter=6.0, kind="mean")
+    tilted = qualify(
+        replace(touches, tips=("T1A90B0",) * len(touches)), 25.0, tip_diameter=6.0, kind="mean"
+    )
+    for found, expected in ((made, False), (tilted, True)):
+        assert any("the head was tilted by 90°" in said for said in found.warnings) is expected
     assert (made.pretravel_map.provenance.tip, made.pretravel_map.provenance.orientation) == (
         "T1", "A0B0",
     )  # fmt: skip

@@ -10,7 +10,13 @@ import pytest
 from pretravel.base.directions import from_angles
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.points import joined_points
-from pretravel.measurement.points_summary import Moments, PointsSummary, TouchSummary
+from pretravel.measurement.points_summary import (
+    Moments,
+    PointsSummary,
+    TouchSummary,
+    other_nominal_points,
+)
+from pretravel.surface import parse_surface
 from pretravel.touches import Touches
 from tests.support.example_maps import mean_map
 from tests.unit.measurement.test_points import some_points
@@ -51,6 +57,17 @@ def test_deviations_before_compensation() -> None:
     assert plain.deviation is None
     assert plain.before is not None
     assert (plain.before.low, plain.before.high) == pytest.approx((-0.010, -0.010))
+
+
+@pytest.mark.parametrize(
+    ("x", "z", "apart"), [(0.2, 0.01, ""), (0.2, 1.0, "lie 1 mm from"), (3.0, 0.0, "lie 3 mm from")]
+)
+def test_nominal_points_that_are_not_on_the_nominal_surface(x: float, z: float, apart: str) -> None:
+    """A touch 0.2 mm beside its target is one of it; deviations are from the surface."""
+    touches = Touches([[0.0, 0.0, 2.99]], UP, nominal_points=[[x, 0.0, z]])
+    points = apply(touches, mean_map(0.010), nominal=parse_surface("plane:polar=0"))
+    assert (apart != "") == bool(found := other_nominal_points(touches, points))
+    assert all(apart in said for said in found)
 
 
 def test_joined_summaries_are_those_of_joined_points() -> None:

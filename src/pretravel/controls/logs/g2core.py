@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from pretravel.controls.logs.logged_feeds import LoggedFeeds
+from pretravel.controls.logs.logged_feeds import SPINDLE, LoggedFeeds
 from pretravel.files import (
     FileFormat,
     FilePositions,
@@ -30,24 +30,22 @@ _MOVED = 2e-3
 _TABLE = (
     RowStatement(
         "tool: `T` number, `tool`",
-        r"T(\d+)\s*(?:M0?6)?\s*$|.*?\btool\W{1,4}(\d+)",
-        "tip",
-        "carried",
-        '{"sr":{"tool":2}}',
+        r"(?:M0?6\s*)?T(\d+)\s*(?:M0?6)?\s*$|.*?\btool\W{1,4}(\d+)",
+        "tip", "carried", '{"sr":{"tool":2}}',
     ),
     RowStatement(
-        "work offset: `G54` …, `coor`, `g55` …, `G92`",
-        r".*?(\bcoor\W{1,4}\d+|\bg(?:5[4-9]|92)[xyz]?\b.*|G10\s*L20?\b.*)",
-        "frame",
-        "refused",
-        '{"sr":{"coor":2}}',
+        "work offset: `G54` …, `coor`, `g55` …, `G92`, `G43`; homing, restart, steps of the axes",
+        r".*?(\bcoor\W{1,4}\d+|\bg(?:5[4-9]|92|43|49|28\.[1-4])[xyz]?(?!\w).*|G10\s*L20?\b.*|"
+        r"\btof\W.*|SYSTEM READY|\b[1-6](?:tr|sa|mi|po|su)\W{1,4}\d.*)",
+        "frame", "refused", '{"sr":{"coor":2}}',
     ),
+    SPINDLE,
     RowStatement(
         "status, answers, moves, `ok`",
         r"\W*[{\[]|\W*$|(?:ok|system|tinyg|g2core)\b|[$?!~%;(*]|(?:N\d+\s*)?[GMFSXYZABC]\s*[-+.\d]",
         example='{"sr":{"vel":0.00}}',
     ),
-)
+)  # fmt: skip
 _STATEMENTS = RowStatements(_TABLE)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import InputError
-from pretravel.controls.logs.logged_feeds import LoggedFeeds
+from pretravel.controls.logs.logged_feeds import SPINDLE, LoggedFeeds
 from pretravel.files import (
     FileFormat,
     FilePositions,
@@ -38,6 +38,7 @@ _STATUS_LINE = re.compile(r"<\w+[|,][^<>]*>")
 _STATUS_OFFSET = re.compile(r"WCO:([-\d.,]+)")
 _INCHES = re.compile(r"\$13\s*=\s*([01])")
 _STATE = re.compile(r"\[GC:([^\[\]]*)\]")
+_TOOL_OF_STATE = re.compile(r"\bT([1-9]\d*)\b")
 _WORK_OFFSET = re.compile(r"\bG5[4-9](?:\.[123])?\b")
 _TIME = re.compile(
     r"\W*(?:\d{4}[-./]\d\d[-./]\d\d[T ,]*)?\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?:\s?[AP]M)?\W*\s",
@@ -48,10 +49,14 @@ _REPORTED = re.compile(r"<[^<>]*>|\[[^\[\]]*\]")
 _PARAMETERS = ("[TLO:", "[T:", "[HOME:", "[G92:", "[G51:", "[G30:", "[G28:", "[G59")
 """Parameters after which ``$#`` repeats the last report."""
 _HOMING = "homing: `$H`, `G28.1`, `G30.1`"
+_LOST = "alarms with which the position is lost: `ALARM:1`, `3`, `6` …"
+_HOMED = re.compile(r"(?:INFO:\s*)?hom(?:ed|ing)\b", re.IGNORECASE)
+_STARTS = re.compile(r"(?:Grbl|grblHAL|FluidNC)\s+v?\d", re.IGNORECASE)
 _TABLE = (
     RowStatement("`[PRB:…]`, `<…>`, `[…]`", r"[<\[]|\W*$", example="[MSG:Pgm End]"),
     RowStatement(
-        "tool: `T` number with or without `M6`", r"(?:M0?6\s*)?T(\d+)\s*(?:M0?6)?\s*$", "tip",
+        "tool: `T` number with or without `M6`, `M61 Q`",
+        r"(?:M0?6\s*)?T(\d+)\s*(?:M0?6)?\s*$|M61\s*Q(\d+)|G65\s*P5\s*Q(\d+)", "tip",
         "carried", "> T2 M6",
     ),
     RowStatement(
@@ -64,10 +69,14 @@ _TABLE = (
         "turn and scale: `G68`, `G69`, `G51`, `G50`",
         r"[^;(]*?(?<![A-Z\d])(G(?:68|69|51|50)(?![\d.]).*)", "frame", "refused", "> G68 X0 Y0 R30",
     ),
+    SPINDLE,
     RowStatement(
-        "rotary axes and `M19`: `A`, `B`, `C` with a number, in a line that was sent",
-        r"[^;(]*?(?<![A-Z\d])(M19\b.*|[ABC]\s*[-+]?[\d.]+(?:\s*[ABC]\s*[-+]?[\d.]+)*)",
+        "rotary axes: `A`, `B`, `C` with a number, in a line that was sent",
+        r"[^;(]*?(?<![A-Z\d])([ABC]\s*[-+]?[\d.]+(?:\s*[ABC]\s*[-+]?[\d.]+)*)",
         "orientation", "refused", "> G0 A90",
+    ),
+    RowStatement(
+        _LOST, r"(ALARM:\s*(?:[136-9]|1\d)\b.*)", "frame", "refused", "ALARM:3",
     ),
     RowStatement(
         "`$3=`, `$100=` to `$105=`: senses and steps of the axes", r".*?(\$(?:3|10[0-5])\s*=.*)",
@@ -208,15 +217,19 @@ class _GrblLog:
     other_axes: list[float] | None = None
     changed: tuple[str, int] | None = None
     homed: int | None = None
+    restarted: int | None = None
     stated: StatedRows = field(init=False)
 
     def warnings(self) -> tuple[str, ...]:
         """What to know of the lines between the reports."""
-        told = self.stated.warnings()
-        if self.homed is None:
-            return told
-        homed = f"the machine was homed among the touches (line {self.homed}): its coordinates are "
-        return (homed + "those of the switches again, with their scatter", *told)
+        told = list(self.stated.warnings())
+        if self.homed is not None:
+            homed = f"the machine was homed among the touches (line {self.homed}): its coordinates "
+            told.append(homed + "are those of the switches again, with their scatter")
+        if self.restarted is not None:
+            again = f"the control started again among the touches (line {self.restarted}): if it "
+            told.append(again + "lost its position, split the log there")
+        return tuple(told)
 
     def __post_init__(self) -> None:
         self.stated = StatedRows(self.file)
@@ -224,13 +237,20 @@ class _GrblLog:
     def read_statement(self, line: str, number: int) -> None:
         """Read what a line states in addition to the reports: a tool, a work offset …."""
         for message in _MESSAGE.findall(line):
-            self.stated.take(_STATEMENTS.of(";"), f"; {message}", number)
-        known = _STATEMENTS.of(_sent(line))
+            if _HOMED.match(message):
+                self.read_statement("$H", number)
+            else:
+                self.stated.take(_STATEMENTS.of(";"), f"; {message}", number)
+        sent = _sent(line)
+        known = _STATEMENTS.of(sent)
         if known is not None and known[0].means == "frame" and self.anywhere:
             if known[0].words == _HOMING and self.positions:
                 self.homed = number
-            return  # reports are in machine coordinates
-        self.stated.take(known, line, number)
+            if known[0].words != _LOST:
+                return  # reports are in machine coordinates
+        self.stated.take(known, line, number, sent)
+        if _STARTS.match(sent) and self.positions:
+            self.restarted = number
 
     def read_units(self, text: str, number: int) -> None:
         """Read the setting $13: whether reports are in inches."""
@@ -257,6 +277,8 @@ class _GrblLog:
             self._keep_offset(name, self._offset(name, values, number), number)
         if (state := _STATE.search(text)) and (active := _WORK_OFFSET.findall(state[1])):
             self._keep_active(active[-1], number)
+        if state and (tool := _TOOL_OF_STATE.search(state[1])):
+            self.stated.state("tip", tool[1])
 
     def _offset(self, name: str, text: str, number: int) -> list[float]:
         values = self.file.numbers([cell for cell in text.split(",") if cell], number)

@@ -58,7 +58,8 @@ class LoggedHeights:
         if _FAILED.search(line):
             self.failed.append(number)
         elif self.statements is not None:
-            self.stated.take(self.statements.of(sent_line(line)), line, number)
+            sent = sent_line(line)
+            self.stated.take(self.statements.of(sent), line, number, sent)
 
     def new_series(self, kind: str) -> str:
         """Name of another series of a kind: accuracy 1, accuracy 2 …."""
@@ -139,7 +140,7 @@ def sent_line(line: str) -> str:
 
 _FAILED = re.compile(
     r"\bno trigger on\b|\bnot triggered\b|\bprobing failed\b|\bfailed to (?:trigger|probe)\b|"
-    r"\b(?:already )?triggered (?:prior to|before)\b|\bBLTouch (?:error|failed)|"
+    r"\balready triggered\b|\btriggered (?:prior to|before)\b|\bBLTouch (?:error|failed)|"
     r"\bprobe fail(?:ed|ure)\b",
     re.IGNORECASE,
 )
@@ -149,23 +150,28 @@ _BEFORE = re.compile(
     r"(?://\s*|echo:\s*|!!\s*)?",
     re.IGNORECASE,
 )
-_TOOL = RowStatement("tool: `T0`, `T1` …", r"T(\d+)\s*(?:M0?6)?\s*$", "tip", "carried", "T1")
+_TOOL = RowStatement(
+    "tool: `T0`, `T1` …",
+    r"(?:M0?6\s*)?T(\d+)\s*(?:M0?6)?\s*$|(?:ACTIVATE_EXTRUDER|SELECT_TOOL)\b.*?=\s*(\w+)|"
+    r"(?:G30|G31|M558)\b.*?\b(K\d+)",
+    "tip", "carried", "T1",
+)  # fmt: skip
 _SHIFTED = RowStatement(
-    "`G92`, `M206`, `M428`, `M851`, `SET_GCODE_OFFSET`, `SET_KINEMATIC_POSITION`, `M290`",
-    r"((?:G92(?:\.\d)?|M206|M428|M851|M290|SET_GCODE_OFFSET|SET_KINEMATIC_POSITION|BABYSTEP\w*)\b"
-    r".*)",
+    "`G92`, `M92`, `M206`, `M428`, `M851`, `SET_GCODE_OFFSET`, `SET_KINEMATIC_POSITION`, `M290`, "
+    "`G31`",
+    r"((?:G92(?:\.\d)?|G33|M92|M206|M290|M428|M66[56]|M851|SET_GCODE_OFFSET|"
+    r"SET_KINEMATIC_POSITION|BABYSTEP\w*)\b.*|G31\b.*?\b[PZ]\s*[-\d].*)",
     "frame", "refused", "G92 Z0",
 )  # fmt: skip
 _HOMED = RowStatement(
-    "homing: `G28`",
-    r"(G28\b.*)",
-    "part",
-    "carried",
-    "G28 Z",
-)
+    "homing: `G28`, `Z_TILT_ADJUST` …; restart",
+    r"((?:(?:G28|G34|Z_TILT_ADJUST|QUAD_GANTRY_LEVEL|BEACON_CALIBRATE|SAVE_CONFIG|M999|"
+    r"(?:FIRMWARE_)?RESTART)\b|Marlin [\d.]|Klipper state:|start\s*$).*)",
+    "part", "carried", "G28 Z", event=True,
+)  # fmt: skip
 _FEED = RowStatement(
     "speed of the probe in a command",
-    r"(?:PROBE|PROBE_ACCURACY|G30|G29|G38\.\d|M48)\b.*?\b((?:PROBE_)?SPEED\s*=\s*[\d.]+|F\s*[\d.]+)",
+    r"(?:PROBE|PROBE_ACCURACY|G30|G29|G38\.\d|M48|M558)\b.*?\b((?:PROBE_)?SPEED\s*=\s*[\d.]+|F\s*[\d.]+)",
     "pass",
     "carried",
     "PROBE_ACCURACY PROBE_SPEED=10",

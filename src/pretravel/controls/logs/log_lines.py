@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 
+from pretravel.controls.logs.logged_feeds import SPINDLE
 from pretravel.files import (
     CHANGES,
     FileFormat,
@@ -34,11 +35,13 @@ _TABLE = (
     RowStatement(
         "work offset, turn, scale: `G54` … `G59`, `G10`, `G92`, `G43`, `G49`, `G52`, `G68`, `G51`",
         r"(?:N\d+\s*)?(?:G(?:0?[01]|17|2[01]|9[04])\s*)*"
-        r"(G(?:5[0-24-9]|10|92|43|49|68|69)(?:\.\d)?(?!\d).*)",
+        r"(G(?:5[0-24-9]|5\d\d|10|92|43|49|68|69)(?:\.\d)?(?!\d).*|D\d+\s*$)",
         "frame", "refused", "G55",
     ),
+    SPINDLE,
+    RowStatement("another run: `O` number", r"(O\d+)\b", "part", "carried", "O12", event=True),
     RowStatement("`G20`, `G21`", r"G2([01])\b", "unit", "refused", "G20"),
-    RowStatement("comments, `%`, `G90`, `G94`, `M`, `F`, `S`, `O`",
+    RowStatement("comments, `%`, `G90`, `G94`, `M`, `F`, `S`",
               r"[#;(%]|\W*$|(?:[GMFSON]\s*\d+(?:\.\d*)?\s*)+$", example="G90"),
 )  # fmt: skip
 _STATEMENTS = RowStatements(_TABLE)
@@ -103,6 +106,8 @@ _UNIT_LINE = re.compile(
 _UNIT_WORD = re.compile(r"\b(?:mm|inch|inches|metric|imperial|zoll)\b", re.IGNORECASE)
 _BESIDE = re.compile(r"(?<![^\d.\s])(?:G5[4-9](?:\.\d)?|T\d+)(?![\d.])", re.IGNORECASE)
 """Words anywhere in a line that change what positions mean."""
+_OTHER_COORDINATES = re.compile(r"\bG(?:91|16|0?7)(?![\d.])", re.IGNORECASE)
+_OTHER = "relative, polar and diameter"
 _ROTARY = "ABC"
 _READ = {*"XYZFGMNT", *_ROTARY}
 _MOVED = 1e-4
@@ -161,8 +166,8 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         named = _LABEL.match(line)
         line = line[named.end() :] if named else line
         units = _units(file, line, number, units)
-        if re.search(r"\bG91\b", line, re.IGNORECASE):
-            raise file.error("G91: relative positions are not read", number)
+        if other := _OTHER_COORDINATES.search(line):
+            raise file.error(f"{other[0]}: {_OTHER} positions are not read", number)
         for _, value in (word for word in _WORD.findall(line) if word[0].upper() == "F"):
             feed = file.numbers([_squeezed(value)], number)[0] or None
         for word in map(str.upper, _BESIDE.findall(line)):

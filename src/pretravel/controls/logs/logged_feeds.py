@@ -9,7 +9,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pretravel.base import INCH, FloatArray
-from pretravel.files import FilePositions, first_few, without_comments
+from pretravel.files import FilePositions, RowStatement, first_few, without_comments
+
+SPINDLE = RowStatement(
+    "`M19` with an angle",
+    r"[^;(]*?(?<![A-Z\d])(M19\s*+[A-Z]\s*+[-+]?[\d.]+|S\s*+[\d.]++\s*+M19\b)",
+    "orientation", "carried", "M19 S90",
+)  # fmt: skip
+"""Orientation of the spindle, in a line that was sent."""
 
 _REPORTS = re.compile(r"<[^<>]*>|\[(?!GC:)[A-Za-z0-9.]+:[^\[\]]*\]")
 """What the control reports, in which F has another meaning."""

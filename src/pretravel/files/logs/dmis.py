@@ -45,12 +45,12 @@ _TABLE = (
         "TECOMP/MACH,ON",
     ),
     RowStatement(
-        "`PRCOMP/`", any_of("PRCOMP FRCOMP PROBECOMP CMPNTGRP") + "(.*)", "radius", "refused",
-        "PRCOMP/OFF",
+        "`PRCOMP/`, `CALIB/`", any_of("PRCOMP FRCOMP PROBECOMP CMPNTGRP CALIB") + "(.*)",
+        "radius", "refused", "PRCOMP/OFF",
     ),
     RowStatement(
         "`FILNAM/`, `PN()=`, `PS()=PARTSN/` again",
-        r"(FILNAM\s*/.*|P[NSR]\s*\([^)]*\).*|PART(?:ID|SN|RV)\s*/.*)", "part", "refused",
+        r"(FILNAM\s*/.*|(?:P[NSR]|LI|DI)\s*\([^)]*\).*|PART(?:ID|SN|RV)\s*/.*)", "part", "refused",
         "PS(S2)=PARTSN/'0002'",
     ),
     RowStatement(
@@ -66,12 +66,12 @@ _TABLE = (
     ),
     RowStatement(
         "`F(name)=` and `FA(name)=` of features, `T()=`, `TA()=TOL/`, `R()=REPORT/` …",
-        r"(?:FA?|TA?|KC|QISDEF|MSA?|RA?|V|G|CR?|DV|ST|RT|LI|OP|DI|MD|PV|TL|EN|CC|CS|FS)\s*\(",
+        r"(?:FA?|TA?|KC|QISDEF|MSA?|RA?|V|G|CR?|DV|ST|RT|OP|MD|PV|TL|EN|CC|CS|FS)\s*\(",
         example="TA(T1)=TOL/CORTOL,XAXIS,0.002,INTOL",
     ),
     RowStatement(
         "`MEAS/`, `PTMEAS/`, `ENDMES`, `OUTPUT/`, `EVAL/`",
-        any_of("MEAS RMEAS PTMEAS ENDMES OUTPUT EVAL CONST CALIB BOUND PTBUFF PTDATA RAWDAT"),
+        any_of("MEAS RMEAS PTMEAS ENDMES OUTPUT EVAL CONST BOUND PTBUFF PTDATA RAWDAT"),
         example="ENDMES",
     ),
     RowStatement(

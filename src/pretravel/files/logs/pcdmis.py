@@ -50,8 +50,10 @@ _TABLE = (
         "frame", "refused", "RECALL/ALIGNMENT,INTERNAL,A1",
     ),
     RowStatement(
-        "`PROBECOM/`, `PROBE COMPENSATION/`",
-        any_of("PROBECOM PROBE_COMPENSATION POLARVECTORCOMP POLAR_VECTOR_COMP") + "(.*)",
+        "`PROBECOM/`, `PROBE COMPENSATION/`, `AUTOCALIBRATE/`",
+        _NAMED + any_of(
+            "PROBECOM PROBE_COMPENSATION POLARVECTORCOMP POLAR_VECTOR_COMP AUTOCALIBRATE CALIBRATE"
+        ) + "(.*)",
         "radius", "refused", "PROBECOM/OFF",
     ),
     RowStatement(

@@ -282,6 +282,7 @@ class Compensate(
         from pretravel.measurement import (
             TouchSummary,
             apply_with_errors,
+            other_nominal_points,
             with_errors_of_neighbours,
             with_step_of_touches,
         )
@@ -312,9 +313,11 @@ class Compensate(
             points, of_neighbours = with_errors_of_neighbours(measured, points, seen)
         points = replace(points, map_used=map_word(self.map_file, pretravel_map))
         summary = TouchSummary.of(measured, points, seen)
-        if in_machine:
-            points = points.placed(placement)
         warnings = tuple(summary.warnings(pretravel_map))
+        if in_machine:  # nominal points are where the part was expected
+            points = points.placed(placement)
+        elif nominal is not None:
+            warnings += other_nominal_points(measured, points)
         warnings += (
             *coarse,
             *refitted,

@@ -40,7 +40,7 @@ from pretravel.tasks.qualify.settings_of_kinds import SettingsOfKinds, kinds_whe
 from pretravel.tasks.qualify.several_tips import STAR, TIP_ENDINGS, OfSeveralTips, QualifiedTips
 
 if TYPE_CHECKING:
-    from pretravel.files import FileReadings
+    from pretravel.files import FileReadings, LaboratoryStatements
     from pretravel.maps import PretravelMap, QualificationSetup, SetupOptions
     from pretravel.qualification import MapUpdate, Qualification
     from pretravel.show import Document
@@ -384,6 +384,13 @@ class _MapResult(Result):
         """The map of the probe."""
         raise NotImplementedError
 
+    def statements(self) -> LaboratoryStatements | None:
+        """What the laboratory states, compared also with the files' feed and the map's tip."""
+        feeds, made = self.readings.touches.feeds, self.pretravel_map
+        feed = float(feeds[0]) if feeds is not None and len({*feeds.tolist()}) == 1 else None
+        tip = 2.0 * made.tip_radius if made.provenance.level_known else None
+        return self.task.statements(feed=feed, tip_diameter=tip)
+
     def write(self, output: str, path: Path) -> None:
         """Write the map."""
         del output
@@ -438,7 +445,7 @@ class QualifiedProbe(_MapResult):
             excluded=_left_out(task.exclude, self.readings),
             saved=path is not None and not by_name(Qualify)["output"].is_report(path),
         )
-        return with_laboratory(report, task.statements())
+        return with_laboratory(report, self.statements())
 
 
 @dataclass(frozen=True, eq=False)
@@ -474,7 +481,7 @@ class UpdatedProbe(_MapResult):
             prior_name=task.prior.name,
             warnings=[*self.readings.notes(), *task.statement_warnings()],
         )
-        return with_laboratory(report, task.statements())
+        return with_laboratory(report, self.statements())
 
 
 def _left_out(exclude: Sequence[str], readings: FileReadings) -> list[str]:
