@@ -21,11 +21,8 @@ _LARGE = 0.1
 
 
 _MOVES = 1e-9  # smallest change of a motion by a touch, in mm or rad for 1 mm
-_NOT_IN_U = (
-    "u of a motion contains the errors of the touches and, as far as the residuals show it, the "
-    "form of the part. u does not contain the errors of the machine's geometry, of temperature and "
-    "of clamping"
-)
+_FORM = " and, as far as the residuals show it, the form of the part"
+_NOT_IN_U = "errors of the machine's geometry, of temperature and of clamping"
 
 
 def alignment_document(
@@ -82,7 +79,11 @@ def alignment_document(
             ),
         ),
         warnings=(*warnings, *_warnings(alignment)),
-        notes=(_NOT_IN_U, *((_rests_on(alignment),) if outside else ())),
+        notes=(
+            f"u of a motion contains the errors of the touches{'' if outside else _FORM}, not the "
+            f"{_NOT_IN_U}",
+            *((_rests_on(alignment),) if outside else ()),
+        ),
     )
 
 
