@@ -21,8 +21,6 @@ _LARGE = 0.1
 
 
 _MOVES = 1e-9  # smallest change of a motion by a touch, in mm or rad for 1 mm
-_FORM = " and, as far as the residuals show it, the form of the part"
-_NOT_IN_U = "errors of the machine's geometry, of temperature and of clamping"
 
 
 def alignment_document(
@@ -79,11 +77,15 @@ def alignment_document(
             ),
         ),
         warnings=(*warnings, *_warnings(alignment)),
-        notes=(
-            f"u of a motion contains the errors of the touches{'' if outside else _FORM}, not the "
-            f"{_NOT_IN_U}",
-            *((_rests_on(alignment),) if outside else ()),
-        ),
+        notes=(_about_u(outside=outside), *((_rests_on(alignment),) if outside else ())),
+    )
+
+
+def _about_u(*, outside: bool) -> str:
+    form = "" if outside else " and, as far as the residuals show it, the form of the part"
+    return (
+        f"u of a motion contains the errors of the touches{form}, not the errors of the machine's "
+        "geometry, of temperature and of clamping"
     )
 
 
