@@ -111,7 +111,7 @@ def _radii_statements(
         f"each radius is the {_OF_SECTOR[criterion]} over its sector - not the value at its angle",
         *conditions_statements(pretravel_map, settings),
         f"the angles are {meaning} - from X toward Y of the machine",
-        f"with the radius of the nearest angle, XY points are wrong by {_residuals(table)}",
+        f"XY points are wrong by {_residuals(table)} with the radius of the nearest angle",
         f"a control that takes the angles as {other} is wrong by {misread} at most",
         f"radii from a calibration by the control are wrong by {_residuals(touched)}",
         "not yet tried on a control. Compare with a calibration by the control before use",

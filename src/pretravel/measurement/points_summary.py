@@ -169,7 +169,7 @@ def other_nominal_points(touches: Touches, points: Points) -> tuple[str, ...]:
 
 
 _BESIDE_TARGET = 0.5
-"""How far beside its target a touch usually is. [mm]"""
+"""How far next to its target a touch usually is. [mm]"""
 _OFF_SURFACE = 0.05
 """A face that is curved departs by less from its tangent at this distance. [mm]"""
 
@@ -420,10 +420,10 @@ class TouchSummary:
         if self.by_friction <= 0.0:
             return ""
         return (
-            f"a coefficient of friction of the part {FRICTION_APART:g} larger than that of the "
-            f"reference moves inclined points by up to {self.by_friction / MICROMETRE:.1f} µm, "
-            "more than their U, which does not contain it: state the uncertainty of the friction "
-            "(0.1 for another metal)"
+            f"if the coefficient of friction is {FRICTION_APART:g} larger on the part than on the "
+            f"reference, inclined points move by up to {self.by_friction / MICROMETRE:.1f} µm, "
+            "more than their U: to include this in U, state u of the friction (0.1 for another "
+            "metal)"
         )
 
     def _scatter_note(self, pretravel_map: PretravelMap) -> str:

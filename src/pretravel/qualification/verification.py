@@ -403,8 +403,9 @@ def other_reference(
     u = 0.5 * math.hypot(made.u_reference_diameter, setup.u_reference_diameter)
     said = (
         f"these touches are on a {setup.reference} of {setup.diameter:.6g} mm, the map was made on "
-        f"a {made.reference} of {made.diameter:.6g} mm: u of the size contains both diameters, "
-        f"{u / MICROMETRE:.2g} µm in pretravel. On one reference their errors would cancel"
+        f"a {made.reference} of {made.diameter:.6g} mm: u of the size contains the u of both "
+        f"diameters, {u / MICROMETRE:.2g} µm in pretravel. If it is the same reference, give one "
+        "diameter: then its error cancels"
     )
     return u, [said]
 

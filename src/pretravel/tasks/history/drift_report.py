@@ -193,8 +193,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
             f"excluded (probability above 5 %): {count} days show a trend badly. Touch on more days"
         )
     return (
-        f"{after}no drift is detected; one too small to be detected would reach {limit} {on} at "
-        f"the earliest (95 %{_sooner(drift)})"
+        f"{after}no drift is detected. A drift too small to be detected would reach {limit} {on} "
+        f"at the earliest (95 %{_sooner(drift)})"
     )
 
 

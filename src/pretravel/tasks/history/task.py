@@ -327,9 +327,8 @@ def _refuse_other_reference(made: PretravelMap, reference: QualificationSetup) -
 
     for said in other_reference(reference, made)[1]:
         raise PretravelError(
-            f"{said}; here they would look like a change since the first day. If it is one "
-            "reference, give the diameter of the map; if not, leave the map out: the days are then "
-            "compared with the first one",
+            f"{said}. If not, leave the map out: the days are then compared with the first one, "
+            "and the errors of two diameters do not look like a change since then",
             inputs=("diameter", "map_file"),
         )
 

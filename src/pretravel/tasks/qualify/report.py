@@ -281,8 +281,8 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
             figure("lateral deflection", "lateral_deflection", "µm", 1.0 / MICROMETRE),
             figure("seat indentation", "seat_indentation", "µm", 1.0 / MICROMETRE, "at rest"),
             KeyFigure(
-                "known from the touches", learned,
-                remark="100 %: from the touches alone; 0 %: the value of usual probes",
+                "from the touches", learned,
+                remark="100 %: determined by the touches alone; 0 %: the value of usual probes",
             ),
             KeyFigure(
                 "unevenness",

@@ -111,12 +111,16 @@ def summary_figures(
         ),
         KeyFigure(
             "pretravel", map_span(pretravel_map), "µm",
-            remark=f"largest at {describe(directions[highest])}",
+            remark=f"largest at {describe(directions[highest])}"
+            if np.ptp(value) > 0.0
+            else "the same in all directions",
         ),
         KeyFigure(
             "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
             remark=f"rms; largest {value_text(float(u[worst]) / MICROMETRE, 'µm')} at "
-            f"{describe(directions[worst])}",
+            f"{describe(directions[worst])}"
+            if np.ptp(u) > 1e-9
+            else "the same in all directions",
         ),
         KeyFigure("next", result.next_step or _use(saved)),
     )  # fmt: skip

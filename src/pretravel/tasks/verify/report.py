@@ -145,7 +145,8 @@ _CHECK_STYLUS = (
     "touches"
 )
 _NOT_SHOWN = (
-    "a bent stylus or a moved tip shifts only the centre: touches on a reference do not show it"
+    "a bent stylus or a moved tip shifts only the centre, which verify fits again: measure the "
+    "offsets of the tip"
 )
 
 

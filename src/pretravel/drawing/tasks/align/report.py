@@ -127,7 +127,7 @@ def _motions_table(alignment: Alignment) -> Table:
         "these axes. U uses k = 2, or a larger k where few touches show the form of the faces. U "
         "of a shift is that of the middle of the touches, where it is smallest; at the origin it "
         "also contains U of the rotations times the distance from there. U is empty for a machine "
-        "axis along or about which any part of the motion is not determined.",
+        "axis that contains a motion which the touches do not determine.",
     )
 
 
