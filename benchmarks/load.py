@@ -212,33 +212,31 @@ def over_touches(sizes: Sizes) -> Figures:
     )
 
 
-def over_directions(sizes: Sizes) -> Figures:
-    return Figures(growths=(_growth("predict", "directions", _three(sizes.growing_directions)),))
+def _over(
+    name: str, over: str, wanted: Callable[[Sizes], Sequence[float]], what: str = ""
+) -> Callable[[Sizes], Figures]:
+    return lambda sizes: Figures(growths=(_growth(name, over, wanted(sizes), what),))
 
 
-def over_designs(sizes: Sizes) -> Figures:
-    what = "`study`, one worker, directions not kept"
-    return Figures(growths=(_growth("study", "designs", _three(sizes.growing_designs), what),))
-
-
-def over_unknowns(sizes: Sizes) -> Figures:
-    what = "condensing a finite-element model (one sixth)"
-    return Figures(growths=(_growth("condense", "unknowns", sizes.refinements, what),))
-
-
-def over_features(sizes: Sizes) -> Figures:
-    what = "`measure`, bores of 12 touches"
-    return Figures(growths=(_growth("measure", "features", _three(sizes.growing_features), what),))
-
-
-def over_days(sizes: Sizes) -> Figures:
-    what = "`history`, 75 touches a day"
-    return Figures(growths=(_growth("history", "days", _three(sizes.growing_days), what),))
-
-
-def over_faces(sizes: Sizes) -> Figures:
-    what = "`faces`, a plate with holes, first time"
-    return Figures(growths=(_growth("faces", "faces", sizes.growing_faces, what),))
+over_directions = _over("predict", "directions", lambda sizes: _three(sizes.growing_directions))
+over_designs = _over(
+    "study", "designs", lambda sizes: _three(sizes.growing_designs),
+    "`study`, one worker, directions not kept",
+)  # fmt: skip
+over_unknowns = _over(
+    "condense", "unknowns", lambda sizes: sizes.refinements,
+    "condensing a finite-element model (one sixth)",
+)  # fmt: skip
+over_features = _over(
+    "measure", "features", lambda sizes: _three(sizes.growing_features),
+    "`measure`, bores of 12 touches",
+)  # fmt: skip
+over_days = _over(
+    "history", "days", lambda sizes: _three(sizes.growing_days), "`history`, 75 touches a day"
+)
+over_faces = _over(
+    "faces", "faces", lambda sizes: sizes.growing_faces, "`faces`, a plate with holes, first time"
+)
 
 
 if __name__ == "__main__":
