@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from pretravel.touches import Touches
 _LOG = logging.getLogger(__name__)
 _NORMALS_TAKEN = (
-    "the touches have no normals: the normals of the {} are used, and the travel is taken as "
-    "opposite to them"
+    "the touches have no normals: the normals of the {} are used, and the approach is assumed "
+    "to be opposite to these normals"
 )
 _SURFACE = "surface"
 _OTHER_SURFACE = 20.0

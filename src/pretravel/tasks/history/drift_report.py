@@ -277,8 +277,7 @@ _MEANING = {
     "size": "of the mean pretravel; ",
     "amplitude": "of the map's variation over the directions; ",
     "turn": "of the map about the probe axis; ",
-    "form": "of the remaining differences from the map, minus those expected from noise "
-    "(negative: less than expected); ",
+    "form": "form: remaining differences from the map, minus those expected from noise; ",
 }
 
 

@@ -69,9 +69,9 @@ class History(
 ):
     """Show how a probe drifts over time, and when its next qualification is due.
 
-    The input is a folder of touches, one file for each day, with --diameter; or the history file of
-    pretravel verify --history, which --plot shows as a control chart. Both need three
-    days or more for drift and due date.
+    The input is either a folder with one file of touches for each day (then give --diameter), or
+    the history file that pretravel verify --history writes, which --plot shows as a control chart.
+    Both need three days or more for drift and due date.
     """
 
     name = "history"

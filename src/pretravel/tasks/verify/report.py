@@ -249,7 +249,8 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
 
     tests = KeyFigure(
         "p of each test",
-        f"size, amplitude, turn {p_value(result.p_form)}; all directions {p_value(result.p_map)}; "
+        f"size, amplitude and turn together {p_value(result.p_form)}; all directions together "
+        f"{p_value(result.p_map)}; "
         f"repeatability {p_value(result.p_repeatability)}",
         remark="probability of differences at least as large if nothing has changed. The probe is "
         f"reported as changed if one p is below {result.false_alarm_rate / _TESTS:.2g}, a third "

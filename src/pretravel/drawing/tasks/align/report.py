@@ -127,7 +127,7 @@ def _motions_table(alignment: Alignment) -> Table:
         "these axes. U uses k = 2, or a larger k where few touches show the form of the faces. U "
         "of a shift is that of the middle of the touches, where it is smallest; at the origin it "
         "also contains U of the rotations times the distance from there. U is empty for a machine "
-        "axis that contains a motion which the touches do not determine.",
+        "axis along or about which the touches leave the part free to move.",
     )
 
 

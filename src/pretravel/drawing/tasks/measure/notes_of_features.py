@@ -139,8 +139,8 @@ def notes_on_datums(
         "tolerances to datums: each datum feature is associated as its line says, and fixes the "
         "motions that earlier datums left free (ISO 5459). Motions that remain free are fitted, "
         "so that the largest distance is as small as possible. The errors of the datums are in "
-        "U. A zone of a surface contains its touched points, that of an axis its ends within the "
-        "touched length"
+        "U. The zone of a surface must contain its touched points, that of an axis both ends of "
+        "the axis over the touched length"
     )
     return notes
 
