@@ -287,6 +287,14 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
             u_temperature=self.u_temperature,
             form=form if self.stated("sphere_form_um") else None,
         )
+        if self.stated("axial_pretravel_um") and not any(
+            one.shape == "sphere" for one in references
+        ):
+            raise PretravelError(
+                "the pretravel along the axis is assumed on a sphere, and there is none: leave it "
+                "out",
+                inputs=("axial_pretravel",),
+            )
         options = self.reading_options(tip_diameter=self.tip_diameter, exclude=self.exclude)
         options = on_references(options, references)
         readings = self.read_with(options, progress).in_machine_axes()
