@@ -161,15 +161,15 @@ def other_nominal_points(touches: Touches, points: Points) -> tuple[str, ...]:
     apart = touches.nominal_points - points.positions + points.deviation[:, None] * points.normals
     along = np.abs(np.sum(apart * points.normals, axis=1))
     whole = np.linalg.norm(apart, axis=1)
-    median = float(np.median(np.where(whole**2 - along**2 < _BESIDE_TARGET**2, along, whole)))
+    median = float(np.median(np.where(whole**2 - along**2 < _FROM_TARGET**2, along, whole)))
     if median <= _OFF_SURFACE:
         return ()
     said = f"the nominal points of the touches lie {median:.3g} mm from the nominal surface"
     return (f"{said} (median): deviations are from the surface, these points are not used",)
 
 
-_BESIDE_TARGET = 0.5
-"""How far beside its target a touch usually is. [mm]"""
+_FROM_TARGET = 0.5
+"""How far from its target a touch usually is. [mm]"""
 _OFF_SURFACE = 0.05
 """A face that is curved departs by less from its tangent at this distance. [mm]"""
 
