@@ -376,7 +376,10 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
                 "sphere or in a ring, not on a pin: touch one of these, or qualify again",
                 inputs=("pin", "prior"),
             )
-        readings = self.read(progress)
+        tip = self.tip_diameter
+        if tip is None and old.provenance.level_known:
+            tip = 2.0 * old.tip_radius  # with it the files' own is compared
+        readings = replace(self, tip_diameter=tip).read(progress)
         result = update_map(readings.touches, old, diameter, ring=self.in_plane)
         return UpdatedProbe(self, readings, result)
 
