@@ -71,6 +71,11 @@ def read_readings(
         known = format_of(file) if file_format is None else format_named(file_format)
     if known.parse is None:
         raise without_touches(file, known)
+    if known in (CSV, PARQUET) and (known is PARQUET) != (file.ending == PARQUET.endings[0]):
+        raise file.error(
+            f"the file is not of format {known.name}, as its ending says; leave the format out",
+            inputs=("file_format",),
+        )
     if not known.self_contained and options is None:
         raise file.error(
             f"a file of format {known.name} does not contain all that is needed ({known.needs}); "
@@ -92,8 +97,9 @@ def read_readings(
     if options.tip_radius is not None:
         refuse_tips_by_name(file, readings.touches.tips or (), 2.0 * options.tip_radius)
     if readings is found and (options.plan or options.normal):
-        which = "plan" if options.plan else "normal"
-        unused = f"the file itself gives the normal at each touch: the {which} was not used"
+        which = " and the ".join(one for one in ("plan", "normal") if getattr(options, one))
+        verb = "were" if " and the " in which else "was"
+        unused = f"the file itself gives the normal at each touch: the {which} {verb} not used"
         readings = replace(readings, warnings=(*readings.warnings, unused))
     readings = replace(readings, frame=found.frame)
     if known in (CSV, PARQUET):  # their rows are excluded before they are read

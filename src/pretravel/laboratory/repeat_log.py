@@ -130,7 +130,12 @@ def read_repeats(
     file = opened(source)
     heights = None if file_format else column_of_heights(file, options)
     if heights is not None:
-        log = _checked(file, [heights[0]], 0, "the column of heights", heights[1])
+        if options.columns:
+            raise file.error(
+                "the file has one column of heights: names of columns are not used, leave them out",
+                inputs=("columns",),
+            )
+        log = _checked(file, [heights[0]], 0, axis or "the column of heights", heights[1])
         return _named(file, log, options.series)
     stated = (PARQUET if file.ending == ".parquet" else CSV) if options.columns else None
     known = stated or (None if file_format is None else format_named(file_format))

@@ -653,6 +653,12 @@ class TouchFiles(TouchTables):
         """
         from pretravel.files import read_series
 
+        if self.columns and self.file_format not in (None, "csv", "parquet"):
+            raise PretravelError(
+                f"columns are those of a table, and {self.file_format} is none: leave one of them "
+                "out",
+                inputs=("columns", "file_format"),
+            )
         known = file_format or (None if self.columns else self.file_format)
         readings = read_series(self.files, options, file_format=known, spindle=spindle)
         if readings.touches.reading:

@@ -143,6 +143,9 @@ def test_a_start_and_a_page(folder: Path) -> None:
     ("options", "words"),
     [
         ((), "the map, or the tip's diameter, is needed"),
+        (("--tip-diameter", 6, "--feed", 50), "without a map the feed is not used"),
+        (("--tip-diameter", 6, "--columns", "x=1", "--from", "grbl"), "and grbl is none"),
+        (("--tip-diameter", 6, "--from", "parquet"), "the file is not of format parquet"),
         (("--tip-diameter", 6, "--datum", "A"), "expected a name and its faces"),
         (("--tip-diameter", 6, "--datum", "A=99", "--start", "0,0,0"), "has no face 99"),
         (("--tip-diameter", 6, "--free", "x,q", "--start", "0,0,0"), "they are some of x,y,z"),

@@ -82,3 +82,8 @@ def test_another_tip_and_too_few_touches_are_refused(tmp_path: Path) -> None:
     text = run("qualify", tmp_path / "few.csv", "--diameter", 25, "--tip-diameter", 5, "--prior",
                tmp_path / "old.json", code=2)  # fmt: skip
     assert "a tip of 6 mm" in text
+    head, *rows = (tmp_path / "few.csv").read_text().splitlines()
+    (tmp_path / "few.csv").write_text("\n".join([f"{head},tip", *(f"{r},TIP_4mm" for r in rows)]))
+    text = run("qualify", tmp_path / "few.csv", "--diameter", 25, "--prior", tmp_path / "old.json",
+               code=2)  # fmt: skip
+    assert "gives the tip a diameter of 4 mm, and 6 mm is used" in text

@@ -141,6 +141,7 @@ def test_a_map_beside_a_block(tmp_path: Path) -> None:
         (("--block", "1,2"), "one length, 50.8, or three"),
         (("--block", 50.8, "--diameter", 25), "diameter is not used with block"),
         (("--block", 50.8, "--kind", "mean"), "kind is not used with block"),
+        (("--block", 50.8, "--axial-pretravel", 5), "assumed on a sphere, and there is none"),
         (("--block", 50.8, "--tip", "a=6"), "tip is not used with block"),
         (("--diameter", 25, "--u-backlash", 5), "u backlash is only for block or reference"),
         (("--diameter", 25, "--u-scale-ppm", 5), "--u-scale-ppm"),

@@ -105,6 +105,8 @@ class TestCatalogue:
         path = written(tmp_path, "x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")
         found = read_readings(path, ReadingOptions(plan=PLAN, tip_radius=3.0))
         assert "the plan was not used" in found.notes()[-1]
+        both = ReadingOptions(plan=PLAN, tip_radius=3.0, normal=(0.0, 0.0, 1.0))
+        assert "the plan and the normal were not used" in read_readings(path, both).notes()[-1]
         assert "plan" not in " ".join(read_readings(path, ReadingOptions()).notes())
 
     def test_turn_of_positions_comes_from_the_machine_file(self, tmp_path: Path) -> None:

@@ -47,6 +47,13 @@ def test_one_series_in_many_forms(text: str, units: str | None) -> None:
     assert found.series[0].values == pytest.approx(HEIGHTS, abs=1e-7)
 
 
+def test_columns_of_one_column_of_heights() -> None:
+    log = _log("".join(f"{z}\n" for z in HEIGHTS))
+    assert read_repeats(log, ReadingOptions(units="mm"), axis="x").along == "x"
+    with pytest.raises(InputError, match="names of columns are not used"):
+        read_repeats(log, ReadingOptions(units="mm", columns={"z": "Z"}))
+
+
 def test_a_series_is_chosen_by_the_name_that_labels_give_it() -> None:
     rows = [f"1,2,{z:.4f},A/{n}\n" for n, z in enumerate(HEIGHTS)]
     rows += [f"1,2,{z + 1.0:.4f},B/{n}\n" for n, z in enumerate(HEIGHTS)]

@@ -63,7 +63,7 @@ def test_deviations_before_compensation() -> None:
     ("x", "z", "apart"), [(0.2, 0.01, ""), (0.2, 1.0, "lie 1 mm from"), (3.0, 0.0, "lie 3 mm from")]
 )
 def test_nominal_points_that_are_not_on_the_nominal_surface(x: float, z: float, apart: str) -> None:
-    """A touch 0.2 mm beside its target is one of it; deviations are from the surface."""
+    """A touch 0.2 mm from its target belongs to it; deviations are from the surface."""
     touches = Touches([[0.0, 0.0, 2.99]], UP, nominal_points=[[x, 0.0, z]])
     points = apply(touches, mean_map(0.010), nominal=parse_surface("plane:polar=0"))
     assert (apart != "") == bool(found := other_nominal_points(touches, points))

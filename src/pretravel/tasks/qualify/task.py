@@ -287,6 +287,14 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
             u_temperature=self.u_temperature,
             form=form if self.stated("sphere_form_um") else None,
         )
+        if self.stated("axial_pretravel_um") and not any(
+            one.shape == "sphere" for one in references
+        ):
+            raise PretravelError(
+                "the pretravel along the axis is assumed on a sphere, and there is none: leave it "
+                "out",
+                inputs=("axial_pretravel",),
+            )
         options = self.reading_options(tip_diameter=self.tip_diameter, exclude=self.exclude)
         options = on_references(options, references)
         readings = self.read_with(options, progress).in_machine_axes()
@@ -368,7 +376,10 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
                 "sphere or in a ring, not on a pin: touch one of these, or qualify again",
                 inputs=("pin", "prior"),
             )
-        readings = self.read(progress)
+        tip = self.tip_diameter
+        if tip is None and old.provenance.level_known:
+            tip = 2.0 * old.tip_radius  # with it the files' own is compared
+        readings = replace(self, tip_diameter=tip).read(progress)
         result = update_map(readings.touches, old, diameter, ring=self.in_plane)
         return UpdatedProbe(self, readings, result)
 

@@ -164,6 +164,11 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
                 "the map, or the tip's diameter, is needed: the touches are tip centres",
                 inputs=("map", "tip_diameter"),
             )
+        if self.feed is not None:
+            raise PretravelError(
+                "without a map the feed is not used: give the map, or leave the feed out",
+                inputs=("map_file", "feed"),
+            )
         return radius_alone(0.5 * self.tip_diameter)
 
     def readings(self, progress: Progress, pretravel_map: PretravelMap) -> FileReadings:

@@ -356,6 +356,7 @@ class Measure(LaboratoryReport):
 
         if drawing is None:
             self._refuse_other_sizes()
+            self._refuse_nothing_to_decide()
             return {"": self}
         tasks = {}
         for row in drawing.feature:
@@ -415,6 +416,16 @@ class Measure(LaboratoryReport):
             self.probability,
             self.form_association,
         )
+
+    def _refuse_nothing_to_decide(self) -> None:
+        """Refuse what decides about tolerances where none is given."""
+        form, others = self.form_tolerance, (self.size_tolerance, self.position_tolerance)
+        for name, decided in (("form_association", (form,)), ("probability", (form, *others))):
+            if self.stated(name) and all(each is None for each in decided):
+                raise PretravelError(
+                    f"{name.replace('_', ' ')} decides about a tolerance, and none is given",
+                    inputs=(name, "form_tolerance"),
+                )
 
     def _refuse_other_sizes(self) -> None:
         """Refuse tolerances that contradict each other, or deviations that are those in µm."""
