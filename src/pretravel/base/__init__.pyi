@@ -53,7 +53,6 @@ from .frames import turned_about_axes as turned_about_axes
 from .json_text import MOST_MEMORY as MOST_MEMORY
 from .json_text import memory_of_json as memory_of_json
 from .json_text import parsed_json as parsed_json
-from .late_modules import load_when_used as load_when_used
 from .named_files import own_files_alone as own_files_alone
 from .named_files import refuse_named_file as refuse_named_file
 from .own_process import module_folders as module_folders

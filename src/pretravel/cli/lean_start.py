@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import gc
+import importlib.util
 import os
+import sys
 
-from pretravel.base import load_when_used
-
+_UNUSED = ("numpy.f2py", "numpy.testing")
+"""Parts of NumPy that SciPy loads, because it takes all names of NumPy; it uses none of them."""
 _OBJECTS = 500_000
 """New objects until the garbage is collected; Python's 700 are met hundreds of times by imports."""
 
@@ -32,4 +34,13 @@ def end_lean() -> None:
 
 def without_unused_parts() -> None:
     """Load unused parts of NumPy when they are first used, not before SciPy."""
-    load_when_used("numpy.f2py", "numpy.testing")  # SciPy takes all names of NumPy
+    import numpy as np
+
+    for name in _UNUSED:
+        spec = importlib.util.find_spec(name) if name not in sys.modules else None
+        if spec is None or spec.loader is None:
+            continue
+        spec.loader = loader = importlib.util.LazyLoader(spec.loader)
+        module = sys.modules[name] = importlib.util.module_from_spec(spec)
+        loader.exec_module(module)
+        setattr(np, name.partition(".")[2], module)

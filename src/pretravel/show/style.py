@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import IntArray, PretravelError, load_when_used, whole_file
+from pretravel.base import IntArray, PretravelError, whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,7 +48,6 @@ def _prepare_for_a_command() -> None:
     if Path(mpl.matplotlib_fname()).resolve().parent == Path.cwd():
         mpl.rcdefaults()
     kinds = artist.Artist
-    load_when_used("matplotlib.dviread")  # reads what TeX sets, with all names of glyphs
     makes_help = vars(kinds).get(_MAKES_HELP)
     if makes_help is None:  # another version of matplotlib, which is loaded as it is
         return
