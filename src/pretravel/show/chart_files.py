@@ -64,6 +64,7 @@ _PIECES = 24
 _ABOVE_COMPASS = 32.0
 """Points from a polar chart to its title. Titles have a height: to find a free one, matplotlib
 places all numbers of the axes once more in each of three turns."""
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SYMBOLS = {"dot": "o", "ring": "o", "cross": "x", "diamond": "D"}
 
 
@@ -124,8 +125,7 @@ def _plane(chart: PlaneChart, figure: Figure, cell: tuple[int, int, int]) -> Non
 
 
 def _polar(chart: PolarChart, figure: Figure, cell: tuple[int, int, int]) -> None:
-    axes = _polar_axes(figure, cell, title_and_frame(chart))
-    axes.set_thetagrids(np.arange(0.0, 360.0, 45.0), compass_of(*chart.directions))
+    axes = _polar_axes(figure, cell, title_and_frame(chart), compass_of(*chart.directions))
     for mark in chart.marks:
         _draw_mark(mark, axes, chart.scale)
     axes.set_ylim(chart.radius.low, chart.radius.high)
@@ -239,14 +239,16 @@ def _few_ticks(side: float, longest: float) -> Any:
     return MaxNLocator(count, steps=[1, 2, 5, 10], min_n_ticks=min(count, 2))
 
 
-def _polar_axes(figure: Figure, cell: tuple[int, int, int], title: str) -> PolarAxes:
+def _polar_axes(
+    figure: Figure, cell: tuple[int, int, int], title: str, compass: Sequence[str] = COMPASS
+) -> PolarAxes:
     from matplotlib.projections.polar import PolarAxes
 
     axes = figure.add_subplot(*cell, projection="polar")
     assert isinstance(axes, PolarAxes)
     axes.set_title(title, fontsize=11, y=1.0, pad=_ABOVE_COMPASS)
-    axes.set_thetagrids(np.arange(0.0, 360.0, 45.0), COMPASS)
     axes.tick_params(labelsize=8)
+    axes.set_thetagrids(np.arange(0.0, 360.0, 45.0), compass)
     axes.set_axisbelow(True)
     return axes
 
@@ -268,16 +270,25 @@ def _set_axis(axes: Axes, axis: Axis, name: str) -> None:
 
 
 def _plain_numbers(axes: Axes, name: str) -> None:
-    """0.5, 1, 2 along a logarithmic axis of two decades or less, which else has 5·10⁻¹ and 10⁰."""
+    """0.5, 1, 2 along a logarithmic axis of two decades or less, 10⁻³, 10⁻² along others.
+
+    matplotlib has 5·10⁻¹ and 10⁰ for the first; for both it sets formulas, whose grammar takes as
+    long as a chart.
+    """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = getattr(axes, f"get_{name}lim")()
-    if high > 300.0 * low:
-        return
     along = getattr(axes, f"{name}axis")
+    along.set_minor_formatter(NullFormatter())
+    if high > 300.0 * low:
+        along.set_major_formatter(FuncFormatter(_decade))
+        return
     along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     along.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    along.set_minor_formatter(NullFormatter())
+
+
+def _decade(value: float, _: int) -> str:
+    return f"10{str(round(math.log10(value))).translate(_RAISED)}"
 
 
 def _legend_and_note(axes: Axes, note: str, below: float, meshes: Sequence[Patch] = ()) -> None:

@@ -71,7 +71,7 @@ def image_address(picture: Picture) -> str:
         kind = "webp"
         in_space = any(isinstance(chart, SpaceChart) for chart in picture.charts)
         form = {"quality": 88} if in_space else {"lossless": True, "quality": 0}
-        Image.fromarray(picture.pixels).convert("RGB").save(content, kind, method=2, **form)
+        Image.fromarray(picture.pixels).convert("RGB").save(content, kind, method=1, **form)
     else:
         content.write(png_content(picture.pixels))
     return f"data:image/{kind};base64,{base64.b64encode(content.getvalue()).decode()}"

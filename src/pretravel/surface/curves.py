@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
@@ -252,6 +253,26 @@ class OffsetCurve(Curve):
         return self.basis.range
 
 
+_MOST_PIECES = 2048
+"""Of each of eight parts of a circle, found at once."""
+
+
+def _pieces_of_circle(
+    curve: Curve, step: float, tolerance: float, scale: FloatArray | float
+) -> int:
+    """Of a step along a circle, all alike: the power of two that halving them one by one finds."""
+    units = np.atleast_1d(scale)
+    if not (isinstance(curve, Conic) and curve.kind == "ellipse" and curve.a == curve.b):
+        return 1
+    radius = curve.a * float(units.max())
+    if np.ptp(units) > 1e-9 * units.max() or not tolerance < radius < 1e9 * tolerance:
+        return 1
+    longest, pieces = 2.0 * math.acos(1.0 - tolerance / radius), 1
+    while pieces * longest < abs(step) and pieces < _MOST_PIECES:
+        pieces *= 2
+    return pieces
+
+
 def polyline(
     curve: Curve,
     first: float,
@@ -280,9 +301,10 @@ def polyline(
     if curve.is_straight:
         return curve.value(np.array([first, last]))
     inner = curve.breaks[(curve.breaks > first) & (curve.breaks < last)]
-    t = np.unique(np.concatenate([np.linspace(first, last, 9), inner]))
+    unit_lengths: FloatArray | float = 1.0 if scale is None else scale
+    pieces = 8 * _pieces_of_circle(curve, (last - first) / 8.0, tolerance, unit_lengths)
+    t = np.unique(np.concatenate([np.linspace(first, last, pieces + 1), inner]))
     points = curve.value(t)
-    unit_lengths = 1.0 if scale is None else scale
     for _ in range(14):
         middle = 0.5 * (t[:-1] + t[1:])
         between = curve.value(middle)

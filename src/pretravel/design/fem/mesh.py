@@ -12,7 +12,7 @@ import numpy as np
 from pretravel.base import REAL, DescriptionError, IntArray, MeshError, checked, frozen, needed
 from pretravel.design.fem.finite_element_mesh import FiniteElementMesh, mesh_quality
 from pretravel.design.fem.geometry import ProbeSolids, probe_body, probe_solids
-from pretravel.design.fem.quadrature import quadrature
+from pretravel.design.fem.quadrature import volumes
 from pretravel.design.fem.regions import PATCH, SPRING, seat_face
 from pretravel.design.fem.symmetry import threefold_symmetry
 from pretravel.prediction import Probe
@@ -268,7 +268,7 @@ def six_nodes(linear: Any) -> Callable[[Any], IntArray]:
 
 def _check_elements(mesh: FiniteElementMesh) -> None:
     flat = mesh.quality <= 0.0  # scikit-fem cannot integrate over them
-    bad = np.flatnonzero(flat if flat.any() else quadrature(mesh).weights.min(axis=1) <= 0.0)
+    bad = np.flatnonzero(flat if flat.any() else volumes(mesh).min(axis=1) <= 0.0)
     if len(bad):
         centre = mesh.points[mesh.elements[bad[0], :4]].mean(axis=0)
         part = mesh.region_names[mesh.regions[bad[0]]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -33,14 +34,28 @@ def quadrature(mesh: FiniteElementMesh) -> Quadrature:
     )
 
 
+def volumes(mesh: FiniteElementMesh) -> FloatArray:
+    """Of the four points in every element, as the weights of `quadrature`, without gradients."""
+    from skfem.quadrature import get_quadrature
+    from skfem.refdom import RefTet
+
+    places, weights = get_quadrature(RefTet, ELEMENT_DEGREE)
+    return np.asarray(skfem_mesh(mesh).mapping().detDF(places) * weights)
+
+
 def skfem_mesh(mesh: FiniteElementMesh) -> Any:
-    """The mesh as scikit-fem's, with the same numbering."""
+    """The mesh as scikit-fem's, with the same numbering; made once, for it finds all edges."""
     needed("skfem", "fem")
     from skfem import MeshTet2
 
-    return MeshTet2(
-        np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.elements[:, :4].T)
-    )
+    if mesh not in _GRIDS:
+        _GRIDS[mesh] = MeshTet2(
+            np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.elements[:, :4].T)
+        )
+    return _GRIDS[mesh]
+
+
+_GRIDS: WeakKeyDictionary[FiniteElementMesh, Any] = WeakKeyDictionary()
 
 
 def element_basis(grid: Any, **selection: Any) -> Any:

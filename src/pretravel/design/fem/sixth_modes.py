@@ -46,7 +46,8 @@ def sixth_modes(
     """
     from scipy import sparse
 
-    whole = model.stiffness + sparse.triu(model.stiffness, 1).T
+    # Transposed it is the same, but by columns, as the transposed maps: no product converts it.
+    whole = (model.stiffness + sparse.triu(model.stiffness, 1).T).T
     motions = rigid_motions(model.mesh.points)
     fixing = symmetry.fixing(model.mesh.points)
     modes = np.zeros_like(model.loads)

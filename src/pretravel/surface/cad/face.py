@@ -333,5 +333,7 @@ def lattice(low: FloatArray, high: FloatArray, counts: IntArray) -> FloatArray:
     >>> lattice(np.zeros(2), np.ones(2), np.array([2, 1])).tolist()
     [[0.0, 0.0], [1.0, 0.0]]
     """
-    u, v = np.meshgrid(*(np.linspace(low[k], high[k], int(counts[k])) for k in (0, 1)))
-    return np.column_stack([u.ravel(), v.ravel()])
+    grid = np.empty((int(counts[1]), int(counts[0]), 2))
+    grid[:, :, 0] = np.linspace(low[0], high[0], int(counts[0]))
+    grid[:, :, 1] = np.linspace(low[1], high[1], int(counts[1]))[:, None]
+    return grid.reshape(-1, 2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,10 +31,11 @@ from pretravel.show import (
     SpaceMesh,
     SpaceNotes,
     View,
-    body_marks,
 )
-from pretravel.surface import Face, Part, face_triangles
 from pretravel.uncertainty import across
+
+if TYPE_CHECKING:
+    from pretravel.surface import Face, Part
 
 _MOST_CHARTS = 12
 _NEARLY = np.cos(np.radians(1.0))  # nearer to an axis than this: it has the name of the axis
@@ -90,6 +92,8 @@ def verdicts_view(
     -------
     View
     """
+    from pretravel.show import body_marks
+
     touched: dict[int, list[tuple[FloatArray, FloatArray]]] = {}
     for each in features:
         points = each.feature.points
@@ -119,6 +123,8 @@ def verdicts_view(
 
 def _untouched(part: Part, touched: Mapping[int, object]) -> list[SpaceMark]:
     """The faces that were not touched, and their edges."""
+    from pretravel.show import body_marks
+
     rest = tuple(face for face in part.faces if face.number not in touched)
     marks = body_marks(replace(part, faces=rest, chosen=()), opacity=1.0)
     return [
@@ -128,6 +134,8 @@ def _untouched(part: Part, touched: Mapping[int, object]) -> list[SpaceMark]:
 
 def _coloured(face: Face, count: int, rows: Sequence[tuple[FloatArray, FloatArray]]) -> SpaceMesh:
     """A face with the deviations of its nearest touches, weighted by their distance."""
+    from pretravel.surface import face_triangles
+
     shown = face_triangles(face, faces=count)
     places = np.vstack([places for places, _ in rows])
     values = np.concatenate([values for _, values in rows])
@@ -180,6 +188,8 @@ def _towards(feature: MeasuredFeature, eye: FloatArray) -> FloatArray:
 
 def _foot(part: Part, feature: MeasuredFeature, direction: FloatArray) -> FloatArray:
     """In the middle of its touches; of what is round at the end of its faces that is seen."""
+    from pretravel.surface import face_triangles
+
     middle = feature.points.positions.mean(axis=0)
     own = feature.points.face
     if feature.kind not in _ROUND or own is None:
