@@ -22,7 +22,7 @@ def robot():
     return Robot([*links, Link(ET.tx(30.0) * ET.tz(20.0), name="tool", parent=links[-1])])
 
 rng = np.random.default_rng(7)
-sigma, points, parameters, sets = 0.02, 12, 27, 30
+sigma, points, parameters, sets = 0.02, 12, 27, 15
 squares, ratios = [], []
 for _ in range(sets):
     calibration = SerialRobotKineCal(robot(), "tool")
