@@ -6,6 +6,7 @@ A text format that is read needs a file in `tests.support.control_logs.SAMPLES`.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -114,8 +115,11 @@ def test_a_sample_is_recognised_and_read(known: FileFormat, change: object) -> N
 @pytest.mark.parametrize("known", READ_TEXT, ids=_name)
 def test_a_file_says_what_it_needs(known: FileFormat) -> None:
     """Without the data that it lacks, a file is refused; the message names file and data."""
-    text, _ = SAMPLES[known.name]
+    text, options = SAMPLES[known.name]
     file = SourceFile("sample", text.encode())
+    if known.own_unit:
+        with pytest.raises(InputError, match="leave the unit out"):
+            read_readings(file, replace(options or ReadingOptions(), units="inch"))
     if known.self_contained:
         assert len(read_readings(file).touches) > 0
         return

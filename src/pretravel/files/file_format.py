@@ -417,6 +417,9 @@ class FileFormat:
         What the files do not state and the user must.
     takes : tuple of str
         Which of the options offset, radius_taken_off and bores the reader uses.
+    own_unit : str
+        mm, where every file is in millimetres; ``stated``, where each file gives its unit; empty,
+        where the user can give it, or the reader compares it.
     verified : str
         What reading and writing were verified against.
     endings : tuple of str
@@ -457,6 +460,7 @@ class FileFormat:
     writes: str = ""
     needs: str = ""
     takes: tuple[str, ...] = ()
+    own_unit: str = ""
     verified: str = ""
     endings: tuple[str, ...] = ()
     binary: bool = False
@@ -493,3 +497,17 @@ class FileFormat:
                     "leave it out",
                     inputs=(name,),
                 )
+        self.refuse_other_unit(file, options)
+
+    def refuse_other_unit(self, file: SourceFile, options: ReadingOptions) -> None:
+        """Refuse a unit that is given for a file that states its own, or is always in mm.
+
+        Raises
+        ------
+        InputError
+        """
+        if self.own_unit and options.units not in (None, self.own_unit):
+            own = f"is in {self.own_unit}" if self.own_unit == "mm" else "gives its own unit"
+            raise file.error(
+                f"a file of format {self.name} {own}; leave the unit out", inputs=("units",)
+            )

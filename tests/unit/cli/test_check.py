@@ -206,6 +206,8 @@ class TestTipOffset:
         command = ["check", "iso230-10-tip-offset", both, "--diameter", 25]
         assert "tip offset" in run(*command)
         assert "already contains the orientation" in run(*command, "--spindle", "0", code=2)
+        assert "is the reference a sphere?" in run(*command, "--ring", code=2)
+        assert "do not determine what this limit" in run(*command, "--repeat-limit", 1, code=2)
         assert "2 orientations" in run("check", "iso230-10", both, "--diameter", 25, code=2)
 
     @pytest.mark.parametrize(

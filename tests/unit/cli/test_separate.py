@@ -78,6 +78,7 @@ class TestSeparate:
         [
             (["--repeat-variance", "0.8"], "needs the indices of its pair"),
             (["--repeat-variance", "0.8", "--repeat-pair", "25,1"], "no reading has machine"),
+            (["--axis", "0,1,0"], "an axis of the probe is not used"),
             (["--method", "magic"], "not one of 'reml', 'least-squares'"),
             (["--pair", "1.5,2"], "whole numbers"),
             (["--repeat-variance", "-1", "--repeat-pair", "1,1"], "--repeat-variance -1"),

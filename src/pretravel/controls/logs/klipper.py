@@ -113,6 +113,7 @@ def _told(discarded: Sequence[int], rejected: Sequence[int]) -> list[str]:
 KLIPPER = FileFormat(
     name="klipper",
     what="console output of Klipper: probe at X,Y is z=Z, of PROBE_ACCURACY and meshes",
+    own_unit="mm",
     reads="touches",
     verified="the syntax of lines in seven public threads and in the source of Klipper",
     self_contained=True,

@@ -121,6 +121,7 @@ def _is_marlin(lines: list[str]) -> bool:
 MARLIN = FileFormat(
     name="marlin",
     what="console output of Marlin: M48 V4, and Bed X: Y: Z: of G30 and G29",
+    own_unit="mm",
     reads="touches",
     verified="the syntax of lines in five public threads",
     self_contained=True,

@@ -235,6 +235,7 @@ def _is_own_log(lines: list[str]) -> bool:
 PRETRAVEL_LOG = FileFormat(
     name="linuxcnc",
     what="log of a program that pretravel wrote for LinuxCNC",
+    own_unit="mm",
     reads="touches",
     writes="the programs",
     verified="LinuxCNC 2.9 (Debian 12), running",

@@ -67,6 +67,7 @@ def _parsed(file: Source, options: ReadingOptions) -> FileReadings:
 REPRAP = FileFormat(
     name="reprap",
     what="console output of RepRapFirmware, Smoothieware: heights of G30, without x and y",
+    own_unit="mm",
     reads="heights, for pretravel repeat",
     needs="nothing that could be given: no x and y",
     verified="one public macro with its output, and the lines of both firmwares that write it",

@@ -253,6 +253,7 @@ def _touches(file: SourceFile, options: ReadingOptions) -> FileReadings:
 TRIP_MAP = FileFormat(
     name="trip-map",
     what="trip map of Centroid's ProbeApp: angle, trip and un-trip in a ring",
+    own_unit="stated",
     reads="touches",
     needs="diameters of ring and tip; units",
     verified="the public description of what it contains, and a published picture; no file of a "

@@ -445,6 +445,7 @@ def _is_listing(lines: list[str]) -> bool:
 CMM_LISTING = FileFormat(
     name="cmm-listing",
     what="listing of a CMM: CIRCLE CR4 CART MCS MM …, results, PtNo X Y Z DX DY DZ DEV",
+    own_unit="stated",
     reads="touches; results of features",
     needs="subtracted radius; bores",
     takes=("radius_taken_off", "bores"),

@@ -378,6 +378,7 @@ _STATED = (
 QIF = FileFormat(
     name="qif",
     what="QIF 3 MeasuredPointSet, QIF 2 MeasurePoint (.qif)",
+    own_unit="stated",
     reads="touches, positions; results of features",
     writes="touches, points",
     needs="plan without normals",

@@ -106,6 +106,13 @@ def read_multi_step_test(
 
     given = [Path(paths)] if isinstance(paths, Path | str) else list(paths)
     if len(given) == 1 and spindle is None and not _has_touches(given[0]):
+        if not np.array_equal(axis, (0.0, 0.0, 1.0)):
+            raise InputError(
+                "readings by indices have no directions: an axis of the probe is not used, leave "
+                "it out",
+                path=given[0],
+                inputs=("axis",),
+            )
         return read_multi_step_readings(given[0]), (), ()
     try:
         read = read_series(given, spindle=spindle)

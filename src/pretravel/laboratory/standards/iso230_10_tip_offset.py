@@ -100,7 +100,7 @@ def check_tip_offset(
     refuse_other_unit(touches, sphere)
     circles, notes = _circles(touches, axis)
     if tip_diameter is not None:
-        inwards = _points_inwards(touches)
+        inwards = points_inwards(touches)
         for fit in circles.fits:
             off = tip_diameter if inwards else -tip_diameter
             check_diameter(2.0 * fit.radius + off, sphere.diameter)
@@ -124,7 +124,7 @@ def check_tip_offset(
     return StandardCheck(name, figures, sets, tuple(notes), tip_offset=found)
 
 
-def _points_inwards(touches: Touches) -> bool:
+def points_inwards(touches: Touches) -> bool:
     """Whether the touches are in a ring, whose outward normals point to its middle."""
     offset = touches.positions - touches.positions.mean(axis=0)
     return bool(np.sum(offset * touches.normals) < 0.0)

@@ -50,7 +50,7 @@ def _formats() -> list[str]:
 
 _OF_TOUCHES = (
     "machine", "tip_diameter", "offset", "radius_taken_off", "bores", "frame", "feed", "exclude",
-    "plan", "double_touches", "normal",
+    "plan", "double_touches", "normal", "series", "tip",
 )  # fmt: skip
 """Settings that the results of features do not have."""
 
@@ -182,6 +182,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         known = format_of_touches(file, options, file_format=self.file_format)
         if self._wants_results(known, file):
             assert known.parse_features is not None
+            known.refuse_other_unit(file, options)
             replace(self, features=True)  # refuses what is stated of touches
             if self.output.suffix.lower() != ".csv":
                 raise PretravelError("results of features are written as a table: -o features.csv")

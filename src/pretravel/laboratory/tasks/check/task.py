@@ -256,6 +256,18 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
                 inputs=("tip_diameter", "map"),
             )
 
+    def _refuse_idle_limits(self, result: StandardCheck) -> None:
+        """Refuse a limit of a figure that the touches do not determine."""
+        limited = {figure.limit for figure in result.figures}
+        for name in _LIMITED:
+            limit = _millimetres(getattr(self, name))
+            if limit is not None and limit not in limited:
+                raise PretravelError(
+                    "the touches do not determine what this limit is for (repeats need several "
+                    "touches of each direction): touch again, or leave the limit out",
+                    inputs=(name.removesuffix("_um"),),
+                )
+
     def run(self, progress: Progress = SILENT) -> CheckedProbe:
         """Read the touches and determine the figures.
 
@@ -292,6 +304,7 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
         statements: LaboratoryStatements | None,
     ) -> CheckedProbe:
         from pretravel.laboratory.measured_spheres import measured_sphere
+        from pretravel.laboratory.standards.iso230_10_tip_offset import points_inwards
         from pretravel.laboratory.standards.standard_check import LimitOutcome
         from pretravel.measurement import apply
         from pretravel.qualification import own_touches_warnings
@@ -299,6 +312,12 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
 
         measured = readings.touches
         measured.refuse_several()
+        if self.ring and not points_inwards(measured):
+            raise PretravelError(
+                "a ring is touched from inside, and these normals point away from its middle: is "
+                "the reference a sphere?",
+                inputs=("ring",),
+            )
         result = STANDARDS[self.standard].procedure(
             measured,
             self.sphere,
@@ -307,6 +326,7 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
             axis=self.axis,
             limits=self.limits,
         )
+        self._refuse_idle_limits(result)
         if statements is not None and statements.compared(result.standard):
             result = result.compared()
         warnings, sphere = list(readings.notes()), None
