@@ -318,8 +318,8 @@ _CONDITIONS = (
     r"\bU(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]\s?\d|"
     r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head|axis|achse|shank|delay|latency|form|"
     r"backlash|umkehrspanne|friction|reibung)\b\W*(?:[A-Z]{1,3}\W*)?[-+]?\d|"
-    r"\b(?:tip|stylus|probe|sensor|taster|tool|werkzeug|orientation|ausrichtung)\b\W*"
-    r"(?:(?:name|no|nr|number|id|is)\b\W*)*(?:[:=]\W*\w|\w*\d)"
+    r"\b(?:tip|stylus|probe|sensor|taster|tool|werkzeug|orientation|ausrichtung)\b[^\w:=]*+"
+    r"(?:(?:name|no|nr|number|id|is)\b[^\w:=]*+)*+(?:[:=]\W*+\w|\w*\d)"
 )
 """Lines before the rows that state what points depend on, and no option or column reads."""
 
