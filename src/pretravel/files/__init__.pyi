@@ -25,6 +25,7 @@ from .file_format import FileReadings as FileReadings
 from .file_format import NormalsFrom as NormalsFrom
 from .file_format import ReadingOptions as ReadingOptions
 from .file_format import missed_sentence as missed_sentence
+from .file_format import refuse_contradicted_unit as refuse_contradicted_unit
 from .format_registry import FORMATS as FORMATS
 from .format_registry import READABLE_FORMATS as READABLE_FORMATS
 from .format_registry import format_named as format_named

@@ -418,8 +418,8 @@ class FileFormat:
     takes : tuple of str
         Which of the options offset, radius_taken_off and bores the reader uses.
     own_unit : str
-        mm, where every file is in millimetres; ``stated``, where each file gives its unit; empty,
-        where the user can give it, or the reader compares it.
+        mm, where every file is in millimetres; empty, where the user can give the unit, or the
+        reader compares it with that of the file.
     verified : str
         What reading and writing were verified against.
     endings : tuple of str
@@ -497,17 +497,33 @@ class FileFormat:
                     "leave it out",
                     inputs=(name,),
                 )
-        self.refuse_other_unit(file, options)
+        if self.own_unit:
+            refuse_contradicted_unit(file, self.own_unit, options.units)
 
-    def refuse_other_unit(self, file: SourceFile, options: ReadingOptions) -> None:
-        """Refuse a unit that is given for a file that states its own, or is always in mm.
 
-        Raises
-        ------
-        InputError
-        """
-        if self.own_unit and options.units not in (None, self.own_unit):
-            own = f"is in {self.own_unit}" if self.own_unit == "mm" else "gives its own unit"
-            raise file.error(
-                f"a file of format {self.name} {own}; leave the unit out", inputs=("units",)
-            )
+def refuse_contradicted_unit(
+    file: SourceFile, own: str, given: str | None, line: int | None = None
+) -> None:
+    """Refuse a unit that is given for a file of the other system: mm for inches, or the reverse.
+
+    Parameters
+    ----------
+    file : SourceFile
+    own : str
+        That the file has, one of `LENGTH_UNITS`.
+    given : str, optional
+        mm or inch.
+    line : int, optional
+        Where the file states it.
+
+    Raises
+    ------
+    InputError
+    """
+    inches = own in ("inch", "thou")
+    if given is not None and inches != (given == "inch"):
+        raise file.error(
+            f"the lengths of the file are in {own}, not in {given}; leave the unit out",
+            line,
+            inputs=("units",),
+        )

@@ -24,6 +24,7 @@ from pretravel.files import (
     SourceFile,
     column_name,
     opened,
+    refuse_contradicted_unit,
     unit_of,
 )
 from pretravel.touches import Touches
@@ -198,6 +199,7 @@ def _scale(file: SourceFile, name: str, units: str | None, line: int) -> float:
     own = column_name(f"x {name}").unit or unit_of(name.replace("]", "").rpartition("[")[2])
     own = own or unit_of(re.split(r"[ _(]", name.strip(" )"))[-1])
     if own in LENGTH_UNITS:
+        refuse_contradicted_unit(file, own, units, line)
         return LENGTH_UNITS[own]
     if units is None:
         raise file.error(
@@ -253,7 +255,6 @@ def _touches(file: SourceFile, options: ReadingOptions) -> FileReadings:
 TRIP_MAP = FileFormat(
     name="trip-map",
     what="trip map of Centroid's ProbeApp: angle, trip and un-trip in a ring",
-    own_unit="stated",
     reads="touches",
     needs="diameters of ring and tip; units",
     verified="the public description of what it contains, and a published picture; no file of a "

@@ -14,8 +14,14 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from pretravel.base import FloatArray
-from pretravel.files.file_format import FeatureResult, FileFormat, FileReadings, ReadingOptions
+from pretravel.base import INCH, FloatArray
+from pretravel.files.file_format import (
+    FeatureResult,
+    FileFormat,
+    FileReadings,
+    ReadingOptions,
+    refuse_contradicted_unit,
+)
 from pretravel.files.logs.dmis import checked_radius_taken_off, with_unit_normals
 from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.touches import Touches
@@ -373,7 +379,7 @@ def listing_touches(file: SourceFile, options: ReadingOptions) -> FileReadings:
         As `read_cmm_listing`; the radius or the bores are not stated; a name of a bore is none of
         a round feature; no feature has normals.
     """
-    features = read_cmm_listing(file)
+    features = _listed(file, options)
     used = [feature for feature in features if feature.kind in _WITH_NORMALS and feature.points]
     if not used:
         kinds = ", ".join(f"{feature.kind} {feature.name}" for feature in features[:8])
@@ -433,8 +439,17 @@ def _notes_of(features: list[ListedFeature], used: list[ListedFeature]) -> tuple
     return tuple(notes)
 
 
-def _listed_results(file: SourceFile, _: ReadingOptions) -> list[FeatureResult]:
-    return [result for feature in read_cmm_listing(file) for result in feature.results]
+def _listed_results(file: SourceFile, options: ReadingOptions) -> list[FeatureResult]:
+    return [result for feature in _listed(file, options) for result in feature.results]
+
+
+def _listed(file: SourceFile, options: ReadingOptions) -> list[ListedFeature]:
+    """Features whose unit is not contradicted by the options."""
+    features = read_cmm_listing(file)
+    for feature in features:
+        own = "inch" if feature.scale == INCH else "mm"
+        refuse_contradicted_unit(file, own, options.units, feature.line)
+    return features
 
 
 def _is_listing(lines: list[str]) -> bool:
@@ -445,7 +460,6 @@ def _is_listing(lines: list[str]) -> bool:
 CMM_LISTING = FileFormat(
     name="cmm-listing",
     what="listing of a CMM: CIRCLE CR4 CART MCS MM …, results, PtNo X Y Z DX DY DZ DEV",
-    own_unit="stated",
     reads="touches; results of features",
     needs="subtracted radius; bores",
     takes=("radius_taken_off", "bores"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import uuid
 import xml.etree.ElementTree as ET
@@ -12,13 +13,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.base import FloatArray, InputError, whole_file
+from pretravel.files.column_names import LENGTH_UNITS
 from pretravel.files.csv_table import exact_number
 from pretravel.files.file_format import (
+    FeatureResult,
     FileFormat,
     FilePositions,
     FileReadings,
     PointsOrigin,
+    ReadingOptions,
     labels_or_numbers,
+    refuse_contradicted_unit,
 )
 from pretravel.files.logs.plain_labels import plain_labels
 from pretravel.files.logs.qif_characteristics import read_characteristics
@@ -34,7 +39,7 @@ from pretravel.files.logs.qif_document import (
 )
 from pretravel.files.logs.qif_measure_points import read_measure_points
 from pretravel.files.row_statements import RowStatement
-from pretravel.files.source_file import Source, opened, shortened
+from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.touches import Touches, word_fields
 
 if TYPE_CHECKING:
@@ -375,10 +380,29 @@ _STATED = (
     RowStatement("`Compensated` true", "", "radius", "refused"),
 )
 
+
+def _touches_in_unit(file: SourceFile, options: ReadingOptions) -> FileReadings | FilePositions:
+    _refuse_unit(file, options)
+    return read_qif(file)
+
+
+def _characteristics_in_unit(file: SourceFile, options: ReadingOptions) -> list[FeatureResult]:
+    _refuse_unit(file, options)
+    return read_characteristics(file)
+
+
+def _refuse_unit(file: SourceFile, options: ReadingOptions) -> None:
+    """Refuse a unit that is not that of the document."""
+    if options.units is not None:
+        millimetres = QifDocument(file).scale()
+        alike = (n for n, size in LENGTH_UNITS.items() if math.isclose(size, millimetres))
+        own = next(alike, "mm")
+        refuse_contradicted_unit(file, own, options.units)
+
+
 QIF = FileFormat(
     name="qif",
     what="QIF 3 MeasuredPointSet, QIF 2 MeasurePoint (.qif)",
-    own_unit="stated",
     reads="touches, positions; results of features",
     writes="touches, points",
     needs="plan without normals",
@@ -387,8 +411,8 @@ QIF = FileFormat(
     "schema)",
     endings=(".qif",),
     recognises=_is_qif,
-    parse=lambda file, _: read_qif(file),
-    parse_features=lambda file, _: read_characteristics(file),
+    parse=_touches_in_unit,
+    parse_features=_characteristics_in_unit,
     self_contained=True,
     write_touches=_write_touches,
     write_points=_write_points,

@@ -182,7 +182,6 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         known = format_of_touches(file, options, file_format=self.file_format)
         if self._wants_results(known, file):
             assert known.parse_features is not None
-            known.refuse_other_unit(file, options)
             replace(self, features=True)  # refuses what is stated of touches
             if self.output.suffix.lower() != ".csv":
                 raise PretravelError("results of features are written as a table: -o features.csv")
