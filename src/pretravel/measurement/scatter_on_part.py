@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, BoolArray, FloatArray, connected, near_pairs
+from pretravel.base import MICROMETRE, BoolArray, FloatArray, IntArray, connected, near_pairs
 from pretravel.qualification import outlier_factor
 
 _SAME_PLACE = 0.010
@@ -178,21 +178,47 @@ def _comparable(expected: FloatArray) -> bool:
     return 1 < len(expected) <= _MOST_COMPARED and bool(np.all(expected > 0.0))
 
 
-def _of_repeats(positions: FloatArray, normals: FloatArray, expected: FloatArray) -> ScatterSums:
+def places_of(positions: FloatArray, normals: FloatArray) -> IntArray:
+    """Number of the place of each touch: those at one place were made again, (n,).
+
+    Parameters
+    ----------
+    positions, normals : (n, 3) float
+        [mm]
+
+    Returns
+    -------
+    (n,) int
+        From 0. Touches in a dense row, each as near to the next as repeats are, have a place each.
+
+    >>> at = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 0.002, 0.001]])
+    >>> places_of(at, np.tile([0.0, 0.0, 1.0], (3, 1))).tolist()
+    [0, 1, 0]
+    """
     count = len(positions)
+    alone = np.arange(count)
     if count**2 > _MOST_PAIRS and _pairs_within(positions, _NEAR) > _MOST_PAIRS:
-        return ScatterSums()
+        return alone
     one, other = near_pairs(positions, _NEAR).T
     apart = positions[one] - positions[other]
     along = np.sum(apart * normals[one], axis=1)
-    beside = np.linalg.norm(apart - along[:, None] * normals[one], axis=1)
+    across = np.linalg.norm(apart - along[:, None] * normals[one], axis=1)
     turned = np.linalg.norm(normals[one] - normals[other], axis=1)
-    same = (beside < _SAME_PLACE) & (turned < _SAME_NORMAL)
-    one, other = one[same], other[same]
-    if len(one) == 0:
-        return ScatterSums()
-    group = np.unique(connected(count, np.column_stack([one, other])), return_inverse=True)[1]
+    same = (across < _SAME_PLACE) & (turned < _SAME_NORMAL)
+    if not same.any():
+        return alone
+    first = connected(count, np.column_stack([one[same], other[same]]))
+    moved = positions - positions[first]
+    moved -= np.sum(moved * normals, axis=1)[:, None] * normals
+    rows = np.bincount(first, np.linalg.norm(moved, axis=1) > 2.0 * _SAME_PLACE, count)[first] > 0
+    return np.unique(np.where(rows, alone, first), return_inverse=True)[1]
+
+
+def _of_repeats(positions: FloatArray, normals: FloatArray, expected: FloatArray) -> ScatterSums:
+    group = places_of(positions, normals)
     size = np.bincount(group)
+    if len(size) == len(group):
+        return ScatterSums()
     first = np.unique(group, return_index=True)[1]
     height = np.sum((positions - positions[first[group]]) * normals, axis=1)
     mean = np.bincount(group, height) / size

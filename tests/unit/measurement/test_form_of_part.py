@@ -258,3 +258,20 @@ def test_shapes_leave_the_whole_surface_where_it_is(kind: str) -> None:
         # The ends of a grid count half of a step too much.
         assert np.abs(moved).max() < 0.2, family.name
         assert np.mean(np.sum(family.columns**2, axis=1)) == pytest.approx(1.0, rel=0.2)
+
+
+@pytest.mark.parametrize("count", [4, 5, 12])
+def test_touches_at_the_same_places_show_no_more_of_the_form(count: int) -> None:
+    """Nearly without noise each touch again is a copy; U was eight times too small with three."""
+    angle = np.arange(count) * 2.0 * np.pi / count
+    outward = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(count)])
+    rough = np.random.default_rng(5).normal(0.0, 4.0 * UM, count)
+
+    def bore(times: int) -> tuple[float, float]:
+        facing = np.tile(outward, (times, 1))
+        at = (10.0 + np.tile(rough, times))[:, None] * facing
+        points = feature_points(at, -facing, shared={}, own=1e-3 * UM)
+        found = measure_feature(points, "bore", axis=[0.0, 0.0, 1.0]).quantity("diameter")
+        return found.u, found.expanded_u
+
+    assert bore(3) == pytest.approx(bore(1), rel=0.01)

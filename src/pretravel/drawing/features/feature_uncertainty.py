@@ -11,8 +11,14 @@ from scipy.special import ndtr, stdtrit
 
 from pretravel.base import FloatArray, IntArray, PretravelError
 from pretravel.drawing.features.extreme_association import CIRCUMSCRIBED, INSCRIBED, TANGENT
-from pretravel.drawing.features.form_of_part import NO_FORM, Family, FormOfPart, form_of_part
-from pretravel.measurement import FIXED_SCATTER, Association, Points
+from pretravel.drawing.features.form_of_part import (
+    NO_FORM,
+    Family,
+    FormOfPart,
+    form_at_places,
+    form_of_part,
+)
+from pretravel.measurement import FIXED_SCATTER, Association, Points, places_of
 from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
 
 OWN = "repeatability of the touches"
@@ -188,9 +194,31 @@ def feature_errors(
         errors = replace(errors, own=by_step, rounded=_rounded_alike(association, points.step))
     if association.dof < 1 and not points.state_uncertainty:
         return errors
-    expected = _expected_squares(errors)
-    form = form_of_part(association.residuals, association.jacobian, expected, families)
-    return replace(errors, form=form)
+    return replace(errors, form=_form(errors, points, families))
+
+
+def _form(errors: FeatureErrors, points: Points, families: Sequence[Family]) -> FormOfPart:
+    """What the residuals show of the form, each place once."""
+    association = errors.association
+    residuals, jacobian = association.residuals, association.jacobian
+    place = places_of(points.positions, association.outward)
+    touches = np.bincount(place)
+    if len(touches) == len(place) or not jacobian.shape[1]:
+        return form_of_part(residuals, jacobian, _expected_squares(errors), families)
+    first = np.unique(place, return_index=True)[1]
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(np.bincount(place, values) / touches)
+
+    of_places = replace(
+        errors,
+        own=np.sqrt(mean(errors.own**2) / touches),
+        shared={cause: np.array([mean(row) for row in f]) for cause, f in errors.shared.items()},
+        fixed=mean(errors.fixed),
+        direction=errors.direction[first],
+    )
+    expected = _expected_squares(of_places, jacobian[first])
+    return form_at_places(mean(residuals), jacobian[first], expected, families, place)
 
 
 def errors_of_extreme(
@@ -459,10 +487,10 @@ def _dof_of_form(terms: _Terms, u: float, *, rough: bool) -> float:
     return dof_of_mixture(np.sqrt(max(u**2 - by_form, 0.0) + variance), probability, u)
 
 
-def _expected_squares(errors: FeatureErrors) -> float:
+def _expected_squares(errors: FeatureErrors, jacobian: FloatArray | None = None) -> float:
     """Sum of the squared residuals that the errors of the points produce, on average. [mm²]"""
     # The errors of points after the fit: their covariance, projected off the feature.
-    basis = np.linalg.qr(errors.association.jacobian)[0]
+    basis = np.linalg.qr(errors.association.jacobian if jacobian is None else jacobian)[0]
     expected = float(np.sum(errors.own**2 * (1.0 - np.sum(basis**2, axis=1))))
     for factors in errors.shared.values():
         left = factors - (factors @ basis) @ basis.T

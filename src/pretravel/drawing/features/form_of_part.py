@@ -96,6 +96,8 @@ class FormOfPart:
         the errors: of a feature that they do not move, U is too large.
     telling : int
         Touches from which residuals tell them.
+    place : (n,) int or None
+        Of each touch, where places were touched several times: their form is one.
     """
 
     rough: float = 0.0
@@ -110,6 +112,7 @@ class FormOfPart:
     by_prior: bool = False
     alike: tuple[str, ...] = ()
     telling: int = 0
+    place: IntArray | None = None
 
     @property
     def excess(self) -> float:
@@ -119,11 +122,26 @@ class FormOfPart:
 
     def covariance(self, weights: FloatArray) -> FloatArray:
         """Of weighted sums of the touches' movements, (m, m) from (m, n). [mm²]"""
-        found = self.rough**2 * (weights @ weights.T)
+        own = self._of_places(weights)
+        found = self.rough**2 * (own @ own.T)
         if self.smooth.shape[0]:
             moved = weights @ self.smooth.T
             found = found + moved @ moved.T
         return np.asarray(found)
+
+    def _of_places(self, weights: FloatArray) -> FloatArray:
+        """Sums of the weights of the touches at each place, (m, p) from (m, n)."""
+        if self.place is None:
+            return weights
+        return np.array([np.bincount(self.place, row) for row in weights])
+
+    def _rough_movements(
+        self, trials: int, generator: np.random.Generator, count: int
+    ) -> FloatArray:
+        """Movements of the touches by roughness of unit size, (trials, n)."""
+        if self.place is None:
+            return generator.standard_normal((trials, count))
+        return generator.standard_normal((trials, int(self.place.max()) + 1))[:, self.place]
 
     @property
     def _without_shown(self) -> BoolArray:
@@ -142,7 +160,7 @@ class FormOfPart:
 
         Rough: of a surface without those shapes that residuals tell from roughness.
         """
-        alone = float(weights @ weights)
+        alone = float(np.sum(self._of_places(weights[None]) ** 2))
         common = np.array([float(np.sum((each @ weights) ** 2)) for each in self.families] or [0.0])
         mine = self._without_shown if rough else np.ones(len(self.weights), dtype=bool)
         each = self.rough_variances * alone + self.smooth_variances * common[self.family]
@@ -165,7 +183,7 @@ class FormOfPart:
 
     def drawn(self, trials: int, generator: np.random.Generator, count: int) -> FloatArray:
         """Movements of the touches by this form, (trials, n). [mm]"""
-        moved = self.rough * generator.standard_normal((trials, count))
+        moved = self.rough * self._rough_movements(trials, generator, count)
         if self.smooth.shape[0]:
             moved += generator.standard_normal((trials, self.smooth.shape[0])) @ self.smooth
         return np.asarray(moved)
@@ -179,9 +197,8 @@ class FormOfPart:
         if self.by_prior or not self.families:
             return self.drawn(trials, generator, count)
         chosen = generator.choice(len(self.weights), trials, p=self.weights / self.weights.sum())
-        moved = np.sqrt(self.rough_variances[chosen])[:, None] * generator.standard_normal(
-            (trials, count)
-        )
+        rough = np.sqrt(self.rough_variances[chosen])[:, None]
+        moved = rough * self._rough_movements(trials, generator, count)
         size, family = np.sqrt(self.smooth_variances[chosen]), self.family[chosen]
         for index in np.unique(family):
             mine, factors = np.flatnonzero(family == index), self.families[index]
@@ -342,6 +359,57 @@ def form_of_part(
         return form
     fewest = min(each.columns.shape[1] for each, full in zip(tried, filling, strict=True) if full)
     return replace(form, alike=names, telling=k + math.ceil(fewest / _MOST_FILLED))
+
+
+def form_at_places(
+    residuals: FloatArray,
+    jacobian: FloatArray,
+    expected: float,
+    families: Sequence[Family],
+    place: IntArray,
+) -> FormOfPart:
+    """As `form_of_part`, where some places were touched several times: each has one form.
+
+    Parameters
+    ----------
+    residuals : (p,) float
+        Means of the residuals at the places. [mm]
+    jacobian : (p, k) float
+        Of the feature, at the places.
+    expected : float
+        Sum of the squares of these means less a feature through them that the errors of the
+        points produce, on average. [mm²]
+    families : sequence of Family
+        Shapes at the touches.
+    place : (n,) int
+        Of each touch.
+
+    Returns
+    -------
+    FormOfPart
+        Of the touches. More touches at the same places show no more of the form.
+    """
+    first = np.unique(place, return_index=True)[1]
+    basis = np.linalg.qr(jacobian)[0]
+    found = form_of_part(
+        residuals - basis @ (basis.T @ residuals),
+        jacobian,
+        expected,
+        [
+            replace(
+                each,
+                columns=each.columns[first],
+                face=None if each.face is None else each.face[first],
+            )
+            for each in families
+        ],
+    )
+    return replace(
+        found,
+        smooth=found.smooth[:, place] if found.smooth.shape[0] else found.smooth,
+        families=tuple(each[:, place] for each in found.families),
+        place=place,
+    )
 
 
 def _by_prior(families: Sequence[Family]) -> FormOfPart:
