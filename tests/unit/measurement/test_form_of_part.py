@@ -103,7 +103,8 @@ def test_roughness_averages_out() -> None:
 @pytest.mark.parametrize("count", [4, 5, 6])
 def test_few_touches_of_a_large_oval_are_no_roughness_of_that_size(count: int) -> None:
     """An oval of 20 µm leaves the residuals that roughness of 20 µm would leave, which turned
-    surfaces do not have: U of the diameter was 54 to 380 µm."""
+    surfaces do not have: U of the diameter was 54 to 380 µm. One wrong touch that leaves them
+    moves the diameter by 40 µm (one of four, 80 µm off) or 20 µm (one of five, 50 µm off)."""
     u = []
     for seed in range(6):
         rng = np.random.default_rng([57, seed])
@@ -112,7 +113,7 @@ def test_few_touches_of_a_large_oval_are_no_roughness_of_that_size(count: int) -
         found = _bore(azimuth, off + OWN * rng.standard_normal(count)).quantity("diameter")
         assert abs(found.value - 20.0) < found.expanded_u
         u.append(found.expanded_u)
-    assert np.mean(u) < 20.0 * UM
+    assert np.mean(u) < 1.25 * {4: 40.0, 5: 20.0}[count] * UM
 
 
 @pytest.mark.parametrize("left", [2, 3, 5])
@@ -167,7 +168,7 @@ def test_touches_that_tell_lobes_from_roughness_are_asked_for() -> None:
         u.append(found.quantity("diameter").expanded_u)
         said.append(" ".join(found.warnings))
     assert u[0] > 5.0 * u[1]
-    assert "cannot distinguish lobes from roughness" in said[0]
+    assert "cannot distinguish lobes, roughness and one wrong touch" in said[0]
     assert "Touch 7 or more places" in said[0]
     assert "roughness" not in said[1]
     small = 2.0 * np.pi * np.arange(5) / 5
@@ -275,3 +276,13 @@ def test_touches_at_the_same_places_show_no_more_of_the_form(count: int) -> None
         return found.u, found.expanded_u
 
     assert bore(3) == pytest.approx(bore(1), rel=0.01)
+
+
+@pytest.mark.parametrize("count", [4, 5])
+def test_a_chip_among_few_touches_is_in_u(count: int) -> None:
+    """50 µm at one touch change the diameter by 2 · 50 µm / n: lobes alone would not move it."""
+    azimuth = np.arange(count) * 2.0 * np.pi / count + 0.3
+    off = np.random.default_rng(3).normal(0.0, OWN, count) - 50.0 * UM * (np.arange(count) == 1)
+    found = _bore(azimuth, off).quantity("diameter")
+    assert found.value == pytest.approx(20.0 - 0.1 / count, abs=2.0 * UM)
+    assert found.expanded_u > 0.1 / count

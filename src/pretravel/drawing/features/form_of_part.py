@@ -38,6 +38,9 @@ _MOST_TOUCHES = 50_000  # more are taken as rough alone
 _ROUGHEST = 10.0 * MICROMETRE
 """Standard deviation from touch to touch, from which shapes that fill the few residuals are
 likelier than roughness: a tip ball touches the peaks of what was turned or milled. [mm]"""
+_WRONG_TOUCH = 0.07
+"""Probability, before the touches, that one of five is wrong, on a chip: 1.4 % of touches. It is
+treated as roughness, and moves the feature, whatever the size."""
 MANY_SHAPES = 600
 """Of all faces together: more are kept as a sparse array, with a spectrum for each face."""
 _SEEN = 1e-5  # probability of a size that is kept
@@ -232,8 +235,8 @@ class FormOfPart:
         if self.alike:
             shape = "lobes" if self.alike[0].endswith("lobes") else self.alike[0]
             found.append(
-                f"{touches} touches cannot distinguish {shape} from roughness. U treats the "
-                "residuals as roughness, and may be several times too large. Touch "
+                f"{touches} touches cannot distinguish {shape}, roughness and one wrong touch. U "
+                "contains all three, and may be several times too large. Touch "
                 f"{self.telling} or more places"
             )
         if self.by_prior:
@@ -315,7 +318,8 @@ def form_of_part(
 
     Shapes that fill the residuals of few touches leave the same residuals as roughness: the size
     alone distinguishes them. Small residuals are taken as rough. Beyond 10 µm roughness becomes
-    rare (with the fourth power of its size), and its probability goes to these shapes.
+    rare (with the fourth power of its size), and its probability goes to these shapes, except for
+    that of one wrong touch, on a chip: it leaves such residuals, too, and moves the feature.
     """
     count, k = jacobian.shape
     dof = count - k
@@ -502,7 +506,9 @@ class _Compared:
         count, found = len(sizes) - 1, []
         smooth = _SMOOTH if self.spectra[0] is not _ROUGH_ALONE else 0.0
         may_fill = len(self.spectra) > self.shown
-        usual = 1.0 / (1.0 + (sizes[1:] / _ROUGHEST**2) ** 2) if may_fill else np.ones(count)
+        usual = np.ones(count)
+        if may_fill:
+            usual = _WRONG_TOUCH + (1.0 - _WRONG_TOUCH) / (1.0 + (sizes[1:] / _ROUGHEST**2) ** 2)
         for index, (spectrum, share) in enumerate(zip(self.spectra, self.shares, strict=True)):
             own = np.zeros((count + 1, count + 1))
             if index < self.shown:
@@ -513,6 +519,7 @@ class _Compared:
             else:
                 large = sizes[1:] * float(spectrum.variances.sum()) / dof / _ROUGHEST**2
                 beyond = (1.0 - _PERFECT) * (1.0 - smooth) / count * large**2 / (1.0 + large**2)
+                beyond *= 1.0 - _WRONG_TOUCH
                 own[0, 1:] = (1.0 - _BOTH) * beyond
                 own[1:, 1:] = _BOTH / count * usual[:, None] * beyond
             found.append(share * own)
