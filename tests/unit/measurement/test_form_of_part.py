@@ -104,7 +104,7 @@ def test_roughness_averages_out() -> None:
 def test_few_touches_of_a_large_oval_are_no_roughness_of_that_size(count: int) -> None:
     """An oval of 20 µm leaves the residuals that roughness of 20 µm would leave, which turned
     surfaces do not have: U of the diameter was 54 to 380 µm. One wrong touch that leaves them
-    moves the diameter by 40 µm (one of four, 80 µm off) or 20 µm (one of five, 50 µm off)."""
+    moves the diameter by 40, 20 or 16 µm (one of four, five or six; 80, 50 or 49 µm off)."""
     u = []
     for seed in range(6):
         rng = np.random.default_rng([57, seed])
@@ -113,7 +113,7 @@ def test_few_touches_of_a_large_oval_are_no_roughness_of_that_size(count: int) -
         found = _bore(azimuth, off + OWN * rng.standard_normal(count)).quantity("diameter")
         assert abs(found.value - 20.0) < found.expanded_u
         u.append(found.expanded_u)
-    assert np.mean(u) < 1.25 * {4: 40.0, 5: 20.0}[count] * UM
+    assert np.mean(u) < 1.25 * {4: 40.0, 5: 20.0, 6: 16.0}[count] * UM
 
 
 @pytest.mark.parametrize("left", [2, 3, 5])
