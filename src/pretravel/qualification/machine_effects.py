@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, FloatArray, IntArray
+from pretravel.base import MICROMETRE, FloatArray, IntArray, PretravelError
 from pretravel.maps import Observation, QualificationSetup
 from pretravel.qualification.first_touches import FirstTouches, first_touches
 from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
@@ -58,6 +58,11 @@ _STATES_BETTER = 4.0
 sets with two states 2 µm apart and noise of 0.3 µm half."""
 _FEWEST_AFTER = 5
 """Touches before and after a change of the level."""
+_BY_FAR = 10.0
+"""Times what other courses leave: a step leaves a fifth of a wave."""
+_MOVED = 5.0 * MICROMETRE
+"""A reference that is moved by hand lies farther away; less is a slip of its clamping or of an
+axis, which is treated as a drift."""
 _MUCH_BETTER = 10.0
 """Logarithm of the odds from which a drift is not the cause: the first touch was chosen, too."""
 
@@ -135,6 +140,8 @@ def machine_effects(
     in_common = in_common if first is None else math.hypot(in_common, first.u_in_common)
     changed = np.zeros(count) if first is None else first.change
     variance = sphere_form**2 / 12.0  # uniform between lowest and highest
+    if noise > _USUAL_NOISE and count <= _MOST_FOR_STATES and drift_is_separable(groups, order):
+        _refuse_moved_reference(observation)
     states = _states(observation, order)
     if states is not None:
         seen = states.variance(observation.group_directions) - noise**2
@@ -204,6 +211,25 @@ def _drift(observation: Observation, order: FloatArray) -> tuple[FloatArray, Flo
                 "steady drift was subtracted. Let the machine warm up"
             )
     return drift, change, warnings
+
+
+def _refuse_moved_reference(observation: Observation) -> None:
+    """Refuse touches of a reference that was moved in between, as by another clamping.
+
+    Raises
+    ------
+    PretravelError
+    """
+    values, directions, groups = observation.values, observation.directions, observation.groups
+    jump = reference_jump(values, directions, groups)
+    if jump is not None and float(np.linalg.norm(jump[1])) > _MOVED:
+        first, (x, y, z) = jump[0], jump[1] / MICROMETRE
+        raise PretravelError(
+            f"from touch {first + 1} of {len(values)} on, the reference lies ({x:+.1f}, {y:+.1f}, "
+            f"{z:+.1f}) µm from where it lay before: it was moved, or these are touches of two "
+            "days or clampings. Use the touches before or after this touch alone",
+            inputs=("touches",),
+        )
 
 
 def _states(observation: Observation, order: FloatArray) -> TwoStates | None:
@@ -291,6 +317,55 @@ def level_change(
     floor = free * _NOISE_FLOOR**2
     gain = 0.5 * free * math.log((by_drift + floor) / (best[0] + floor)) + 0.5 * math.log(count)
     return (best[1], round(best[2], 6)) if gain > _MUCH_BETTER else None
+
+
+def reference_jump(
+    values: FloatArray, directions: FloatArray, groups: IntArray
+) -> tuple[int, FloatArray] | None:
+    """From which touch on the reference lies elsewhere, where a drift or a level explains worse.
+
+    Parameters
+    ----------
+    values : (n,) float
+        Pretravel, in the order of the touches. [mm]
+    directions : (n, 3) float
+    groups : (n,) int
+
+    Returns
+    -------
+    first, shift : int, (3,) float, or None
+        The first touch on the moved reference, and its movement, probe frame. [mm]
+
+    >>> n = np.tile([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]], (4, 1))
+    >>> moved = -0.05 * n[:, 0] * (np.arange(20) >= 7)
+    >>> first, shift = reference_jump(moved, n, np.tile(np.arange(5), 4))
+    >>> first, shift.round(4).tolist()
+    (7, [0.05, 0.0, 0.0])
+    """
+    count = len(values)
+    seen = centred_within(values, groups)
+
+    def left(columns: FloatArray) -> tuple[float, FloatArray]:
+        within = centred_within(columns, groups)
+        found = np.linalg.lstsq(within, seen, rcond=None)[0]
+        return float(np.sum((seen - within @ found) ** 2)), found
+
+    by_drift = min(
+        left(drift_columns(directions, np.arange(count), slows=slows))[0] for slows in (False, True)
+    )
+    steps = range(_FEWEST_AFTER, count - _FEWEST_AFTER + 1)
+    later = [np.arange(count) >= first for first in steps]
+    if not later:
+        return None
+    by_level = min(left(each[:, None].astype(float))[0] for each in later)
+    found = [left(directions * each[:, None]) for each in later]
+    best = min(range(len(found)), key=lambda index: found[index][0])
+    free = count - len(np.unique(groups))
+    floor = free * _NOISE_FLOOR**2
+    ratio = (min(by_drift, by_level) + floor) / (found[best][0] + floor)
+    gain = 0.5 * free * math.log(ratio) - 1.5 * math.log(count)
+    # Pretravel is smaller where the reference comes towards the tip.
+    return (steps[best], -found[best][1]) if ratio > _BY_FAR and gain > _MUCH_BETTER else None
 
 
 def without_machine(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy import stats
 
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
+from pretravel.base.errors import PretravelError
 from pretravel.maps.observation import Observation
 from pretravel.qualification.machine_effects import (
     MachineEffects,
@@ -316,3 +318,28 @@ def test_another_feed_in_the_last_pass_is_no_drift(level: float, drift: float) -
     assert ("from touch 51 of 75 on" in said) == (level > 0.0)
     assert ("the reference drifted by" in said) == (drift > 0.0)
     assert bool(np.any(found.drift)) == (drift > 0.0)
+
+
+COURSES = {
+    "moved": lambda t: np.array([0.05, 0.02, -0.02]) * (t >= 40.0)[:, None],
+    "drift": lambda t: np.array([0.02, 0.0, 0.0]) * (t / 75.0)[:, None],
+    "wave": lambda t: np.array([0.01, 0.0, 0.0]) * np.sin(2.0 * np.pi * t / 75.0)[:, None],
+    "warms up": lambda t: np.array([0.02, 0.0, 0.0]) * (1.0 - np.exp(-t / 12.0))[:, None],
+    "two states": lambda t: np.array([0.05, 0.0, 0.0]) * (np.cos(t**2) > 0.3)[:, None],
+}
+
+
+@pytest.mark.parametrize("course", COURSES)
+def test_a_reference_that_was_moved_is_named_with_touch_and_shift(course: str) -> None:
+    """Two states of a seat explained a sphere that was moved, and `verify` a loose stylus."""
+    n = np.tile(sphere_pattern_25(), (3, 1))
+    noise = np.random.default_rng(7).normal(0.0, 3e-4, 75)
+    at = n * (15.49 + noise)[:, None] + COURSES[course](np.arange(75.0))
+    seen = Observation(at, np.tile(np.arange(25), 3), np.zeros(3), 12.5, 3.0, False)
+    if course != "moved":
+        machine_effects(seen, at)
+        return
+    with pytest.raises(PretravelError, match=r"touch 41 of 75 on, the reference lies") as error:
+        machine_effects(seen, at)
+    shift = [float(x) for x in re.findall(r"[-+]\d+\.\d", str(error.value))]
+    assert shift == pytest.approx([50.0, 20.0, -20.0], abs=0.5)  # 0.3 µm / sqrt(75 / 6)
