@@ -219,10 +219,11 @@ class FormOfPart:
         if not self.hidden:
             return ""
         counts = " or ".join(", ".join(map(str, lobes)).rsplit(", ", 1))
+        where = "these places" if self.place is None else f"{int(self.place.max()) + 1} places"
         words = [f"{counts} lobes"] if lobes else []
         words += [text for text in self.hidden if not text.endswith(" lobes")]
         return (
-            f"{touches} touches at these places cannot reveal a form of {' or '.join(words)}, "
+            f"{touches} touches at {where} cannot reveal a form of {' or '.join(words)}, "
             f"which would appear as an error of {'size' if lobes else 'direction'} or position. U "
             "does not contain this error. If the part may have such a form, touch at unequal steps "
             "or more places"
