@@ -129,7 +129,9 @@ def conditions_statements(pretravel_map: PretravelMap, settings: TableSettings) 
     if made.spindle_deg is not None:
         found.append(f"made at spindle {made.spindle_deg:g} degrees - measure at that orientation")
     elif error_of_a_turn(pretravel_map) != 0.0:
-        found.append("the map has no orientation of the spindle - measure as it was qualified")
+        found.append(
+            "the map does not state the spindle orientation - measure at that of the qualification"
+        )
     return found
 
 

@@ -22,7 +22,7 @@ def comparison_sentence(standard: str, statements: LaboratoryStatements | None) 
     str
 
     >>> print(comparison_sentence("ISO 10360-5", None))
-    What is used here of ISO 10360-5 was written without the text of the standard and was not \
+    The rules of ISO 10360-5 were programmed without the text of the standard and were not \
 checked against it.
     >>> from pretravel.files.laboratory_statements import (
     ...     ComparedStandards, LaboratoryIdentity, LaboratoryStatements)
@@ -38,7 +38,7 @@ checked against it.
     compared = "" if statements is None else statements.compared(standard)
     if statements is None or not compared:
         return (
-            f"What is used here of {name} was written without the text of the standard and was not "
+            f"The rules of {name} were programmed without the text of the standard and were not "
             "checked against it."
         )
     laboratory = re.split(r"[,\n]", statements.laboratory.name)[0].strip() or "The laboratory"

@@ -155,7 +155,9 @@ class TestTextsOfStandards:
 
     def test_by_default_it_is_said_that_nobody_compared(self, tmp_path: Path) -> None:
         shown = _printed(_content(tmp_path, filled_file(tmp_path, LaboratoryStatements()), *CHECK))
-        sentence = "was written without the text of the standard and was not checked against it."
+        sentence = (
+            "were programmed without the text of the standard and were not checked against it."
+        )
         assert f"What is used here of ISO 10360-5 {sentence}" in shown
         assert "This is not a statement of conformity" in shown
         assert shown.count("without the text of the standard") == 2  # sentence, verdict
@@ -176,5 +178,5 @@ class TestTextsOfStandards:
             "-o", touches)  # fmt: skip
         command = ("check", "iso230-10", touches, "--diameter", 25)
         shown = _printed(_content(tmp_path, lab, *command))
-        assert "ISO 230-10 was written without the text of the standard" in shown
+        assert "ISO 230-10 were programmed without the text of the standard" in shown
         assert "This is not a statement of conformity" in shown

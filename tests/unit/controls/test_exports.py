@@ -481,7 +481,7 @@ class TestHeads:
         assert told[1:] == ["made at spindle 30 degrees - measure at that orientation"]
         assert len(conditions_statements(made, TableSettings())) == 1
         _, lobed = conditions_statements(example_map(), TableSettings())
-        assert lobed.startswith("the map has no orientation of the spindle")
+        assert lobed.startswith("the map does not state the spindle orientation")
         head = replace(made, provenance=Provenance(tip="T1 (A0;B0)", orientation="A0B0"))
         _, told_of_head = conditions_statements(head, TableSettings())
         assert told_of_head == "of tip T1 A0 B0 and orientation A0B0 - for no other"

@@ -210,8 +210,8 @@ def _touches_to_look_at(alignment: Alignment) -> list[str]:
         found.append(
             f"no other touch checks {named}: the others of the face are too few or nearly on a "
             f"line, so {'this touch' if one else 'each of these touches'} alone "
-            "determines a motion. A gross error, or a touch on another face, would not be seen. "
-            "Touch again close to it"
+            f"determines a motion. If {'it has' if one else 'one has'} a gross error, or hit "
+            "another face, nothing shows this. Touch again close to it"
         )
     return found
 
@@ -256,10 +256,10 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
     elif alignment.errors.excess > 0.0:
         found.append(
-            "the residuals are larger than the stated errors of the touches can explain. A "
-            f"standard deviation of {alignment.errors.excess / MICROMETRE:.2g} µm has another "
-            "cause: faces may be displaced, wavy or of another size, or touches may scatter more "
-            "than on the reference. u contains it"
+            "the stated errors of the touches leave "
+            f"{alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation) of the residuals "
+            "unexplained: faces may be displaced, wavy or of another size, or touches may scatter "
+            "more than on the reference. u contains it"
         )
     if not alignment.errors.map_is_stated:
         found.append(

@@ -148,7 +148,7 @@ def _type_words(part: Part, place: int) -> str:
     kept = [axis for axis in range(3) if axis != main or not upright]
     at = value_text(tuple(float(point[axis]) for axis in kept), "", decimals(2))
     name = side if turns else f"part of a {side}"
-    return f"{name} {diameter:.4g} about {way} at {at}"
+    return f"{name} ⌀{diameter:.4g} about {way} at {at}"
 
 
 def _axis_of(face: Face, mean: FloatArray) -> tuple[FloatArray, FloatArray, float] | None:
@@ -211,5 +211,6 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
         explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
         "x, y, z: a point on the face, far from its edges; nx, ny, nz: "
         "the normal there; radius: the smallest anywhere on the face, empty where it is flat; "
-        "parameters 1, 2: their range on the surface.",
+        "parameters 1, 2: the range of the coordinates on the surface, in mm on a plane, as an "
+        "angle in rad around an axis.",
     )
