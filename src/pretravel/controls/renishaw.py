@@ -29,7 +29,7 @@ VECTOR_ANGLES = {
 }
 """Meanings of the angles of a vector calibration: the words for it, and for the other one."""
 
-_OF_SECTOR = {"max": "middle of the range", "rms": "mean"}
+_OF_SECTOR = {"max": "middle between largest and smallest", "rms": "mean"}
 """What a radius is, by criterion."""
 _VECTORS = 10
 """Distance of the first of the eight vector radii from the base variable."""
@@ -108,7 +108,7 @@ def _radii_statements(
     return [
         map_statement(pretravel_map),
         f"units {settings.units}. Tip radius {radius} minus pretravel",
-        f"each radius is the {_OF_SECTOR[criterion]} over its sector - not the value at its angle",
+        f"each radius is the {_OF_SECTOR[criterion]} of its sector - not that at its angle",
         *conditions_statements(pretravel_map, settings),
         f"the angles are {meaning} - from X toward Y of the machine",
         f"XY points are wrong by {_residuals(table)} with the radius of the nearest angle",

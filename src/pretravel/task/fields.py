@@ -270,9 +270,9 @@ class PlacedPart(Task):
     place: Annotated[
         str | None,
         Field(
-            help="Placement of the part's frame in the machine, for touches in the machine's frame "
-            "(x,y,z in mm, then rotations about x, y, z in degrees; or the .json file of pretravel "
-            "align). The rotations are about the machine's axes, in that order; the "
+            help="For touches in the machine's frame: placement of the part in the machine, "
+            "x,y,z in mm, then rotations about x, y, z in degrees; or the .json file of pretravel "
+            "align. Rotations are about the machine's axes, in that order; the "
             "probe is not rotated.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
@@ -577,7 +577,7 @@ class TouchFiles(TouchTables):
     touches: Annotated[
         tuple[Path, ...],
         Field(
-            help="Table of any usual form (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …), or a file in "
+            help="Table of any usual form (X;Y;Z;I;J;K or x_mm,y_mm,z_mm,nx,ny,nz …), or a file in "
             "one of the formats of 'pretravel formats'; several files, a folder or a name with * "
             "are read as one series.",
             positional=True,

@@ -76,7 +76,7 @@ def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
         0.01,
         "--verbose",
     )
-    assert "5 days show a trend badly" in " ".join(told.split())
+    assert "5 days are too few to show a trend" in " ".join(told.split())
     assert "earliest due date (95 %) may have passed already" in " ".join(told.split())
     assert "compared with the map of map.json" in " ".join(told.split())
     assert "allowed change of the map 0.01 µm (given)" in " ".join(told.split())

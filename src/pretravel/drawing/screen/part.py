@@ -99,7 +99,7 @@ def show(state: ScreenState) -> None:
 def _inputs(state: ScreenState) -> None:
     file_drop(
         state, "touches", "1. Touches on the part",
-        hint="A table (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …) or a log of the control",
+        hint="A table (X;Y;Z;I;J;K or x_mm,y_mm,z_mm,nx,ny,nz …) or a log of the control",
     )  # fmt: skip
     file_drop(state, "map", "2. Map of the probe", endings=(".json", ".csv", ".toml"))
     from_project(state, "map", takes_map=True)

@@ -116,7 +116,7 @@ class Compensate(
         Path | None,
         Field(
             help="Variances of machine and probe by direction, from pretravel separate (.json or "
-            ".csv; not the machine file). They replace the map's repeatability in u.",
+            ".csv; not the .toml of pretravel machine). They replace the map's repeatability in u.",
             label="Separation of machine and probe",
             reads=True,
             without=(SEVERAL_TIPS,),

@@ -190,7 +190,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
         count = len(drift.times) - drift.starts[-1]
         return (
             f"{after}no drift is detected. A change of the map by more than {limit} cannot be "
-            f"excluded (probability above 5 %): {count} days show a trend badly. Touch on more days"
+            f"excluded (probability above 5 %): {count} days are too few to show a trend. Touch "
+            "on more"
         )
     return (
         f"{after}no drift is detected. A drift too small to be detected would reach {limit} {on} "

@@ -119,7 +119,8 @@ class History(
     kind: Annotated[
         str | None,
         Field(
-            help="Kind of map for the first file: auto, harmonic or physical.",
+            help="Kind of the map that is made from the first file, without --map: auto, harmonic "
+            "or physical.",
             without=(_VERIFICATIONS, "map_file"),
             names=_kinds,
             metavar="KIND",

@@ -72,7 +72,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         Path | None,
         Field(
             help="Make a new map from these touches alone (.json); 25 directions or more are good. "
-            "With few touches, update the old map instead (qualify with it as the prior).",
+            "With few touches, update the old map instead: pretravel qualify --prior OLD_MAP.",
             writes=_COMPLETE_MAPS,
             in_run=True,
         ),

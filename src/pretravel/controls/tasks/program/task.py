@@ -577,7 +577,7 @@ def _unknown_turn(pretravel_map: PretravelMap, spindle_deg: float | None) -> str
 class ProgramMdi(Task):
     """Write the subroutines that all programs need, and pretravel_sphere for MDI.
 
-    One MDI line with pretravel_sphere touches a reference sphere, for pretravel qualify.
+    Typed as one MDI line, pretravel_sphere touches a reference sphere, for pretravel qualify.
 
     The command needs neither a map nor a machine file. With a map, pretravel export --to linuxcnc
     writes pretravel_sphere, too, together with the cycles that compensate.

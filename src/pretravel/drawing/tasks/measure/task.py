@@ -231,8 +231,8 @@ class Measure(LaboratoryReport):
     tip_diameter: Annotated[
         float | None,
         Field(
-            help="Diameter of the tip, in mm, where a table of coordinates contains tip centres of "
-            "a bore, boss or sphere; without it the coordinates are points of the surface.",
+            help="Diameter of the tip, in mm, where the table contains tip centres, not surface "
+            "points, of a bore, boss or sphere.",
             range=TIP_BALL,
             label="Diameter of the tip, for tip centres",
         ),
