@@ -23,7 +23,7 @@ from pretravel.drawing.tolerances.tolerances import (
     is_far_from_nominal,
 )
 from pretravel.files import first_few
-from pretravel.measurement import Points, named_feature, normals_of_feature
+from pretravel.measurement import FEED_NOT_KNOWN, Points, named_feature, normals_of_feature
 from pretravel.touches import label_prefix
 
 if TYPE_CHECKING:
@@ -254,3 +254,21 @@ def other_maps(points: Points, path: Path) -> tuple[str, ...]:
     was, is_now = (word.rpartition(" ")[2] for word in (points.map_used, now))
     changed = f"{name} has changed since the points were compensated with it ({was}, now {is_now})"
     return (f"{changed}: compensate again, if the new map is that of these touches",)
+
+
+def feed_not_known(points: Points) -> tuple[str, ...]:
+    """That points were compensated without the feed of the map or of the touches, before a verdict.
+
+    >>> at = np.zeros((1, 3))
+    >>> feed_not_known(Points(at, at + [0.0, 0.0, 1.0], np.zeros(1), np.eye(3)[None]))
+    ()
+    """
+    if FEED_NOT_KNOWN not in (points.shared or {}):
+        return ()
+    moved = float(np.max(np.abs((points.shared or {})[FEED_NOT_KNOWN]))) / MICROMETRE
+    said = (
+        "the feed of the map or of the touches on the part is not known: all sizes may be wrong by "
+        f"the difference of the feeds × signal delay. u of a point contains {moved:.1f} µm for "
+        "this. Before you rework or scrap, compensate again with the feed"
+    )
+    return (said,)
