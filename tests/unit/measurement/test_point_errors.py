@@ -11,7 +11,7 @@ import pytest
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
 from pretravel.base.frames import probe_rotation
-from pretravel.drawing.tasks.measure.features_of_points import feed_not_known
+from pretravel.drawing.tasks.measure.features_of_points import not_in_u
 from pretravel.files.touches_csv import read_touches
 from pretravel.laboratory.measured_spheres import measured_sphere
 from pretravel.maps.kinds.harmonic import HarmonicBasis
@@ -225,7 +225,7 @@ class TestDelay:
         found = unknown_delay_travel(Touches(2.99 * n, n, feeds=feeds), made)
         assert (1e3 * found).round(9).tolist() == travel
         points = apply(Touches(2.99 * n, n, feeds=feeds), made)
-        told = feed_not_known(points)
+        told = not_in_u(points)
         one_unknown = uncertain and (made_at is None) != (feeds is None)
         assert bool(told) == one_unknown
         assert not told or f"contains {max(travel):.1f} µm" in told[0]

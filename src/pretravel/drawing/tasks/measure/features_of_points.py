@@ -256,19 +256,25 @@ def other_maps(points: Points, path: Path) -> tuple[str, ...]:
     return (f"{changed}: compensate again, if the new map is that of these touches",)
 
 
-def feed_not_known(points: Points) -> tuple[str, ...]:
-    """That points were compensated without the feed of the map or of the touches, before a verdict.
+def not_in_u(points: Points) -> tuple[str, ...]:
+    """What a verdict must not pass over: touches of several files, a feed that is not known.
 
-    >>> at = np.zeros((1, 3))
-    >>> feed_not_known(Points(at, at + [0.0, 0.0, 1.0], np.zeros(1), np.eye(3)[None]))
+    >>> at, word = np.zeros((1, 3)), ("1",)
+    >>> not_in_u(Points(at, at + [0.0, 0.0, 1.0], np.zeros(1), np.eye(3)[None], None, word))
     ()
     """
-    if FEED_NOT_KNOWN not in (points.shared or {}):
-        return ()
-    moved = float(np.max(np.abs((points.shared or {})[FEED_NOT_KNOWN]))) / MICROMETRE
-    said = (
-        "the feed of the map or of the touches on the part is not known: all sizes may be wrong by "
-        f"the difference of the feeds × signal delay. u of a point contains {moved:.1f} µm for "
-        "this. Before you rework or scrap, compensate again with the feed"
-    )
-    return (said,)
+    said = []
+    if points.files:
+        said.append(
+            f"the touches are of several files, {points.files}: distances and positions across "
+            "these files hold only if the part was not moved or clamped again in between; U does "
+            "not contain that"
+        )
+    if FEED_NOT_KNOWN in (points.shared or {}):
+        moved = float(np.max(np.abs((points.shared or {})[FEED_NOT_KNOWN]))) / MICROMETRE
+        said.append(
+            "the feed of the map or of the touches on the part is not known: all sizes may be "
+            "wrong by the difference of the feeds × signal delay. u of a point contains "
+            f"{moved:.1f} µm for this. Before you rework or scrap, compensate again with the feed"
+        )
+    return tuple(said)
