@@ -15,6 +15,7 @@ from .csv_table import csv_table_text as csv_table_text
 from .csv_table import read_csv_table as read_csv_table
 from .csv_table import write_csv_table as write_csv_table
 from .file_dates import DatedFile as DatedFile
+from .file_dates import before_those_of_map as before_those_of_map
 from .file_dates import dated_file as dated_file
 from .file_dates import time_of_touches as time_of_touches
 from .file_format import ALL as ALL
@@ -84,6 +85,7 @@ from .probe_history import add_verification as add_verification
 from .probe_history import check_history as check_history
 from .probe_history import read_history as read_history
 from .probe_history import refuse_known_touches as refuse_known_touches
+from .probe_history import replaced_since as replaced_since
 from .readings import SERIES_COLUMNS as SERIES_COLUMNS
 from .readings import chosen as chosen
 from .readings import read_directions as read_directions

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import datetime, time, timedelta
 from pathlib import Path
 
 from pretravel.base import InputError
@@ -13,7 +13,9 @@ from pretravel.files.format_registry import format_of
 from pretravel.files.source_file import SourceFile, opened
 from pretravel.files.table_formats import CSV
 from pretravel.files.text_table import read_text_table
-from pretravel.files.times_of_rows import RowTimes, row_times
+from pretravel.files.times_of_rows import RowTimes, first_touched, row_times
+from pretravel.maps import PretravelMap
+from pretravel.touches import Touches
 
 _OTHER_DATE = r"(?!\d{4}[-_.]?\d\d[-_.]?\d\d)"
 _TIME = (
@@ -138,6 +140,44 @@ def time_of_touches(paths: Sequence[Path]) -> tuple[datetime | None, str]:
     return last, ""
 
 
+def moment_of_touches(reading: str, name: str) -> datetime | None:
+    """When the first touch was made: by how its file was read, else by the file's name.
+
+    >>> moment_of_touches("decimal comma", "sphere_2026-03-14.csv")
+    datetime.datetime(2026, 3, 14, 0, 0)
+    """
+    found = first_touched(reading)
+    try:
+        return found or next(iter(_moments(Path(name))), None)
+    except InputError:  # which is said where the dates of files are needed
+        return None
+
+
+def before_those_of_map(touches: Touches, pretravel_map: PretravelMap) -> tuple[str, ...]:
+    """A sentence where touches were made before those of the map that they verify.
+
+    Parameters
+    ----------
+    touches : Touches
+    pretravel_map : PretravelMap
+    """
+    made = pretravel_map.provenance
+    known = moment_of_touches(made.reading, made.touches_file)
+    own = moment_of_touches(touches.reading, touches.source or "")
+    if known is None or own is None:
+        return ()
+    days_alone = known.time() == time() or own.time() == time()
+    earlier = own.date() < known.date() if days_alone else own < known
+    if not earlier:
+        return ()
+    form = "%Y-%m-%d" if days_alone else "%Y-%m-%d %H:%M"
+    said = (
+        f"these touches are of {own:{form}}, before those of the map, {known:{form}}: they do not "
+        "show whether the probe has changed since. Touch the reference again"
+    )
+    return (said,)
+
+
 def _refuse_other_day(path: Path, moment: datetime, times: RowTimes) -> None:
     """Refuse a date in the name that is another one than that of the rows."""
     if times.first is None or times.last is None:
@@ -153,12 +193,12 @@ def _refuse_other_day(path: Path, moment: datetime, times: RowTimes) -> None:
 
 def _moments(path: Path) -> list[datetime]:
     found = []
-    for year, _, month, day, *time in _YEAR_FIRST.findall(path.stem):
-        moment = _moment(year, month, day, time)
+    for year, _, month, day, *clock in _YEAR_FIRST.findall(path.stem):
+        moment = _moment(year, month, day, clock)
         found += [] if moment is None else [moment]
-    for day, _, month, year, *time in _DAY_FIRST.findall(path.stem):
-        moment = _moment(year, month, day, time)
-        if moment is None and _moment(year, day, month, time) is not None:
+    for day, _, month, year, *clock in _DAY_FIRST.findall(path.stem):
+        moment = _moment(year, month, day, clock)
+        if moment is None and _moment(year, day, month, clock) is not None:
             raise InputError(
                 f"the date {day}-{month}-{year} in its name has the month before the day, and "
                 "dates in other names can be read both ways: rename the files, year first, such "
@@ -169,10 +209,10 @@ def _moments(path: Path) -> list[datetime]:
     return found
 
 
-def _moment(year: str, month: str, day: str, time: list[str]) -> datetime | None:
+def _moment(year: str, month: str, day: str, clock: list[str]) -> datetime | None:
     """The moment of a date and a time; None if there is no such day."""
     try:
-        hour, minute, second = (int(part or 0) for part in time)
+        hour, minute, second = (int(part or 0) for part in clock)
         return datetime(int(year), int(month), int(day), hour, minute, second)
     except ValueError:
         return None

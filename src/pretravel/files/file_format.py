@@ -196,6 +196,8 @@ class FileReadings:
         The file has no normals: they are those of `ReadingOptions.normals_from`.
     frame : str
         Coordinate system and angles of rotary axes, where columns of a table give them.
+    digests : tuple of str
+        Of the touches of each file, where there are several.
     """
 
     touches: Touches
@@ -207,6 +209,7 @@ class FileReadings:
     unfinished: str = ""
     normals_taken: bool = False
     frame: str = ""
+    digests: tuple[str, ...] = ()
 
     @property
     def placement(self) -> Placement:

@@ -20,7 +20,14 @@ from pretravel.base import (
 )
 from pretravel.files.csv_table import CsvTable, read_csv_table
 from pretravel.files.file_format import ALL, ReadingOptions
-from pretravel.files.points_writing import MAP_USED, NO_CAUSE, SHARED, UNCOMPENSATED, listed_numbers
+from pretravel.files.points_writing import (
+    FILES,
+    MAP_USED,
+    NO_CAUSE,
+    SHARED,
+    UNCOMPENSATED,
+    listed_numbers,
+)
 from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.measurement import Points
 from pretravel.touches import (
@@ -164,7 +171,7 @@ def _is_plain(table: CsvTable) -> bool:
 
 _OWN = {
     *("label", "face", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "pretravel_um", "u_um"),
-    *("deviation_um", *UNCOMPENSATED, MAP_USED),
+    *("deviation_um", *UNCOMPENSATED, MAP_USED, FILES),
 }
 
 
@@ -265,6 +272,7 @@ def points_of_table(file: SourceFile, table: CsvTable) -> Points:
             ),
             face=_faces(file, table),
             map_used=maps,
+            files=_maps(table.columns.get(FILES, ())),
         ),
     )
 
@@ -390,6 +398,7 @@ def _from_dataset(file: SourceFile) -> tuple[Points, tuple[str, ...]]:
         uncompensated=perhaps("uncompensated", 3),
         face=None if face is None else face.astype(np.int64),
         map_used=_maps([str(stored.attrs.get(MAP_USED, ""))]),
+        files=_maps([str(stored.attrs.get(FILES, ""))]),
     )
     u = perhaps("standard_uncertainty")
     if u is not None and not np.allclose(u, points.standard_uncertainty, rtol=1e-6, atol=1e-12):

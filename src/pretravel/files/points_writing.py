@@ -24,6 +24,8 @@ NO_CAUSE = "nothing"
 """The cause in the one column, of zeros, of points that have no errors in common."""
 MAP_USED = "map"
 """Column of `Points.map_used`, the same in all rows."""
+FILES = "files"
+"""Column of `Points.files`, the same in all rows."""
 SHARED = "shared_"
 """The start of the names of columns of `Points.shared`."""
 
@@ -39,7 +41,7 @@ def points_table(points: Points) -> dict[str, npt.ArrayLike]:
         label, face where it is known, x_mm, y_mm, z_mm, nx, ny, nz, pretravel_um, u_um;
         deviation_um where there is a nominal surface; uncompensated_x_mm,…; a column
         shared_…_um for each cause of `Points.shared`, whose cells are lists where a cause has
-        several rows: ``[0.05 -0.03]``; map, where it is known.
+        several rows: ``[0.05 -0.03]``; map, where it is known; files, where they were several.
     """
     columns: dict[str, npt.ArrayLike] = {"label": list(points.labels)}
     if points.face is not None:
@@ -56,8 +58,8 @@ def points_table(points: Points) -> dict[str, npt.ArrayLike]:
         columns |= _shared_columns(points.shared)
         if not points.shared:
             columns[shared_column(NO_CAUSE)] = np.zeros(len(points))
-    if points.map_used:
-        columns[MAP_USED] = [points.map_used] * len(points)
+    said = {MAP_USED: points.map_used, FILES: points.files}
+    columns |= {name: [word] * len(points) for name, word in said.items() if word}
     return columns
 
 
@@ -140,7 +142,8 @@ def points_dataset(points: Points) -> xr.Dataset:
             "other_axis": list("xyz"),
         },
         attrs={"title": "surface points, compensated by pretravel"}
-        | ({MAP_USED: points.map_used} if points.map_used else {}),
+        | ({MAP_USED: points.map_used} if points.map_used else {})
+        | ({FILES: points.files} if points.files else {}),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -200,7 +200,11 @@ def _refuse_other_tip(entries: list[Entry], path: Path, pretravel_map: Pretravel
 
 
 def refuse_known_touches(
-    path: str | Path, touches: Touches, *, again_at_once: bool = False
+    path: str | Path,
+    touches: Touches,
+    *,
+    again_at_once: bool = False,
+    of_files: Collection[str] = (),
 ) -> None:
     """Refuse touches that the history has already: of an old log, because no new one was written.
 
@@ -211,6 +215,8 @@ def refuse_known_touches(
     touches : Touches
     again_at_once : bool
         Whether those of the last entry may be used once more, for another decision.
+    of_files : collection of str
+        Digests of the touches of each file, where they were several.
 
     Raises
     ------
@@ -222,15 +228,44 @@ def refuse_known_touches(
         return
     entries = _entries(opened(path))
     for entry in entries[:-1] if again_at_once else entries:
-        if entry[_TOUCHES_ID] == touches.digest:
+        if entry[_TOUCHES_ID] in (touches.digest, *of_files):
+            which = "" if entry[_TOUCHES_ID] == touches.digest else " of one of the files"
             raise StaleTouchesError(
-                f"these touches are in the history already, from {entry['touches_file']} on "
+                f"these touches{which} are in the history already, from {entry['touches_file']} on "
                 f"{entry['time']}. The control has written no new log (wrong folder, disk full "
                 "or read-only), or an old file was copied: touch the reference again. To test "
                 "the same touches once more, leave out the history",
                 path=path,
                 line=entry.number,
             )
+
+
+def replaced_since(entries: Sequence[Entry], pretravel_map: PretravelMap) -> tuple[str, ...]:
+    """A sentence where the history has a successor of the map.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        Before this verification.
+    pretravel_map : PretravelMap
+    """
+    own = map_id(pretravel_map)
+    rows = [row for row, entry in enumerate(entries) if entry["map_id"] == own]
+    accepted = [row for row in rows if str(entries[row]["decision"]).startswith("accepted ")]
+    if accepted:
+        at = entries[accepted[-1]]
+        new = str(at["decision"]).partition(" ")[2]
+    else:
+        known = {entry["map_id"] for entry in entries[: rows[-1] + 1]} if rows else {own}
+        after = [entry for entry in entries if rows and entry["map_id"] not in known]
+        if not after:
+            return ()
+        at, new = after[0], str(after[0]["map"])
+    said = (
+        f"the history has a later map of this probe, {new} ({str(at['time'])[:10]}): the probe is "
+        "compared with the state before that map. Verify with the later one"
+    )
+    return (said,)
 
 
 def read_history(path: str | Path) -> list[Entry]:

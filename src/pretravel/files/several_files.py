@@ -6,16 +6,19 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pretravel.base import FloatArray, InputError, PretravelError
+from pretravel.files.file_dates import moment_of_touches
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import first_few
+from pretravel.files.times_of_rows import several_days
 from pretravel.touches import (
     WORD_COLUMNS,
     Touches,
@@ -140,7 +143,8 @@ def read_series(
             f"{name}: {warning}"
             for name, readings in zip(names, found, strict=True)
             for warning in readings.warnings
-        ),
+        )
+        + several_days([_day_of(path, r) for path, r in zip(paths, found, strict=True)]),
         tip_radius=found[0].tip_radius,
         unfinished="; ".join(
             f"{name}: {readings.unfinished}"
@@ -148,8 +152,13 @@ def read_series(
             if readings.unfinished
         ),
         normals_taken=any(readings.normals_taken for readings in found),
+        digests=tuple(readings.touches.digest for readings in found),
     )
     return _each_once(read, options)
+
+
+def _day_of(path: Path, readings: FileReadings) -> datetime | None:
+    return moment_of_touches(readings.touches.reading, path.name)
 
 
 def _refuse_different(

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from pretravel.base import (
     DEGREE,
+    INCH,
     MICROMETRE,
     UNIT_TOLERANCE,
     FloatArray,
@@ -311,6 +312,24 @@ _IN_MICROMETRES = 100.0
 """Diameters of the reference, from which positions in µm are apart."""
 
 
+_IN_INCHES = 12.0, 60.0
+"""Diameters of the reference, over which positions in mm extend where it is stated in inches."""
+
+
+def _in_inches(extent: float, diameter: float) -> str:
+    """A question where the diameter is about an inch's share of what the touches span.
+
+    >>> _in_inches(28.0, 0.9842)
+    '. Is the diameter of 0.9842 in inches (24.9987 mm)? It is given in mm'
+    >>> _in_inches(28.0, 24.9987)
+    ''
+    """
+    if not _IN_INCHES[0] < extent / diameter < _IN_INCHES[1]:
+        return ""
+    in_mm = f"{INCH * diameter:.4f} mm"
+    return f". Is the diameter of {diameter:g} in inches ({in_mm})? It is given in mm"
+
+
 def _fitted_center(
     found: FilePositions, reference_diameter: float
 ) -> tuple[FloatArray, float, float]:
@@ -337,7 +356,7 @@ def _fitted_center(
             raise PretravelError(
                 f"{found.path}: the file has no normals, and {int(used.sum())} touches on the "
                 f"sphere are too few to compute them; at least {_FEWEST} are needed, or the plan "
-                "that was run",
+                "that was run" + _in_inches(extent, reference_diameter),
                 inputs=("plan", "columns"),
             )
         try:

@@ -234,12 +234,36 @@ def times_said(text: TextTable, roles: ColumnRoles) -> tuple[str, ...]:
     said = list(_out_of_order(text, roles))
     if found.unclear:
         said.append(f"the date of the touches is not known: {found.unclear}")
-    if found.first and found.last and found.last - found.first > _ONE_SERIES:
-        said.append(
-            f"the touches are of several days, {found.first:%Y-%m-%d} to {found.last:%Y-%m-%d} "
-            f"({found.where}): they are taken as one series, and a probe changes with time"
-        )
-    return tuple(said)
+    return (*said, *several_days([found.first, found.last], found.where))
+
+
+def several_days(moments: Sequence[datetime | None], where: str = "the files") -> tuple[str, ...]:
+    """A sentence where touches of one series are a day or more apart.
+
+    >>> several_days([datetime(2026, 11, 2), None, datetime(2026, 11, 2, 18)])
+    ()
+    """
+    known = [moment for moment in moments if moment is not None]
+    if not known or max(known) - min(known) < _ONE_SERIES:
+        return ()
+    said = (
+        f"the touches are of several days, {min(known):%Y-%m-%d} to {max(known):%Y-%m-%d} "
+        f"({where}): they are taken as one series, and a probe changes with time"
+    )
+    return (said,)
+
+
+_TOUCHED = re.compile(r"touched (\d{4}-\d\d-\d\d(?: \d\d:\d\d)?)")
+"""As `RowTimes` says it in the way in which a file was read."""
+
+
+def first_touched(reading: str) -> datetime | None:
+    """When the first touch was made, by the sentence on how its file was read.
+
+    >>> first_touched(f"mm, {RowTimes(datetime(2026, 11, 2, 6), datetime(2026, 11, 3), 'Zeit')}")
+    datetime.datetime(2026, 11, 2, 6, 0)
+    """
+    return min(map(datetime.fromisoformat, _TOUCHED.findall(reading)), default=None)
 
 
 def _out_of_order(text: TextTable, roles: ColumnRoles) -> Iterator[str]:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pretravel.base import InputError
+from pretravel.base import INCH, InputError
 from pretravel.files.column_names import (
     ANGLE_UNITS,
     FEED_UNITS,
@@ -421,11 +421,31 @@ def _unit(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> _Unit
     if stated is not None:
         return _Unit(stated, "given")
     if options.reference_diameter is not None:
+        _refuse_inches(text, options.reference_diameter, options.tip_radius)
         return _Unit("mm", "not given; the diameters are compared")
     if options.look_only:
         return _Unit(NO_UNIT, "not stated")
     text.file.scale(None, _NO_UNIT)
     raise AssertionError  # scale refuses
+
+
+_LARGEST_IN_INCHES = 2.0, 0.3
+"""Diameter of a reference and radius of a tip, below which the numbers may be inches."""
+
+
+def _refuse_inches(text: TextTable, reference_diameter: float, tip_radius: float | None) -> None:
+    """Refuse numbers without a unit whose diameters agree, as those of inches would.
+
+    The scatter would be taken for one of mm, 25 times smaller than it is.
+    """
+    reference, tip = _LARGEST_IN_INCHES
+    if reference_diameter >= reference or (tip_radius is not None and tip_radius >= tip):
+        return
+    text.file.scale(
+        None,
+        f"the table does not give its unit of length, and a reference of {reference_diameter:g} mm "
+        f"may be one of {INCH * reference_diameter:.4g} mm in inches. Diameters are given in mm",
+    )
 
 
 _NO_UNIT = (

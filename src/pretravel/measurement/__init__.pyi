@@ -22,6 +22,7 @@ from .missed_points import missed_points_of_features as missed_points_of_feature
 from .normals_from_neighbours import neighbour_normals as neighbour_normals
 from .normals_from_neighbours import with_errors_of_neighbours as with_errors_of_neighbours
 from .normals_of_features import normals_of_feature as normals_of_feature
+from .point_errors import FEED_NOT_KNOWN as FEED_NOT_KNOWN
 from .point_errors import REPEATABILITY as REPEATABILITY
 from .point_errors import PointErrors as PointErrors
 from .point_errors import point_sources as point_sources

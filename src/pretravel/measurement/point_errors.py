@@ -30,6 +30,9 @@ REPEATABILITY = "repeatability"
 MACHINE_GEOMETRY = "geometry of the machine"
 """Of its scales, squarenesses and backlashes."""
 FRICTION_OF_PART = "friction of the part"
+SIGNAL_DELAY = "signal delay"
+FEED_NOT_KNOWN = "feed that is not known"
+"""Signal delay times the difference of two feeds, of which one is not stated."""
 _LEFT_TO_OWN = 0.02  # share of a point's variance that the factors of a map may leave out
 _BLOCK = 4096  # points whose map is evaluated at a time
 _FACTORS = 16  # of a map, decomposed at a time: often a few are enough
@@ -67,6 +70,8 @@ class PointErrors:
     by_friction : (n,) float, or (1,)
         Movement of each point along its approach for a friction of the part that is larger by one
         standard uncertainty. [mm]
+    source_of_delay : str
+        Name of the source of `delay_along_approach`.
     """
 
     pretravel_map: PretravelMap
@@ -79,6 +84,7 @@ class PointErrors:
     by_machine: FloatArray = field(default_factory=lambda: np.zeros((1, 3, 0)))
     known_u_map: FloatArray | None = None
     by_friction: FloatArray = field(default_factory=lambda: np.zeros(1))
+    source_of_delay: str = SIGNAL_DELAY
 
     @cached_property
     def u_map(self) -> FloatArray:
@@ -176,7 +182,7 @@ class PointErrors:
         }
         if self._delay_matters:
             moved = self.delay_along_approach * self.closing
-            sources["signal delay"] = Covariance(Correlation.FULL, np.outer(moved, moved))
+            sources[self.source_of_delay] = Covariance(Correlation.FULL, np.outer(moved, moved))
         if self.by_friction.any():
             moved = self.by_friction * self.closing
             sources[FRICTION_OF_PART] = Covariance(Correlation.FULL, np.outer(moved, moved))
@@ -200,7 +206,7 @@ class PointErrors:
             FIXED_SCATTER: (made.fixed_scatter * closing) ** 2,
             "map": self.of_map,
             "tip radius": np.full(len(closing), made.u_tip_radius**2),
-            "signal delay": (self.delay_along_approach * closing) ** 2,
+            self.source_of_delay: (self.delay_along_approach * closing) ** 2,
             **({FRICTION_OF_PART: (rubbed * closing) ** 2} if rubbed.any() else {}),
             **({MACHINE_GEOMETRY: machine} if self.by_machine.size else {}),
         }
@@ -252,7 +258,7 @@ class PointErrors:
         if self.pretravel_map.fixed_scatter > 0.0:
             shared[FIXED_SCATTER] = frozen(self.pretravel_map.fixed_scatter * self.closing)
         if self.delay_along_approach.any():
-            shared["signal delay"] = frozen(self.delay_along_approach * self.closing)
+            shared[self.source_of_delay] = frozen(self.delay_along_approach * self.closing)
         if self.by_friction.any():
             shared[FRICTION_OF_PART] = frozen(self.by_friction * self.closing)
         for number, moved in enumerate(self.machine_along_normals.T, start=1):
@@ -288,6 +294,8 @@ class PointErrors:
 
 
 _SAME_FEED = 0.01  # relative
+_TO_UNKNOWN_FEED = 2.0
+"""Largest difference to a feed within a factor of three of the known one, in known feeds."""
 
 
 def budget_of_variances(variances: Mapping[str, float], dof: float, which: str) -> Budget:
@@ -336,7 +344,8 @@ def unknown_delay_travel(touches: Touches, pretravel_map: PretravelMap) -> Float
     -------
     (n,) float
         `USUAL_DELAY` times the difference between the feeds of touch and map. Where one of the two
-        is not stated, times the one that is; zero where neither is stated. [mm]
+        is not stated, it lies within a factor of three of the other: times twice the one that is;
+        zero where neither is stated. [mm]
 
     >>> from pretravel.maps.support import DirectionSupport
     >>> from pretravel.maps.kinds.mean import MeanBasis
@@ -353,7 +362,7 @@ def unknown_delay_travel(touches: Touches, pretravel_map: PretravelMap) -> Float
         return np.zeros(len(touches))
     if made_at is None or feeds is None:
         known = np.asarray(feeds) if made_at is None else np.full(len(touches), made_at)
-        return np.asarray(delay_travel(known, USUAL_DELAY))
+        return np.asarray(delay_travel(_TO_UNKNOWN_FEED * known, USUAL_DELAY))
     apart = np.abs(np.asarray(feeds) - made_at)
     return np.asarray(delay_travel(np.where(apart > _SAME_FEED * made_at, apart, 0.0), USUAL_DELAY))
 
@@ -394,9 +403,11 @@ def errors_of_points(
     u_friction = checked(u_friction, "u of the friction of the part", U_OF_FRICTION)
     closing = touches.closing(normals)
     by_delay = pretravel_map.change_by_delay(normals)
-    moved = by_delay / closing
+    moved, source = by_delay / closing, SIGNAL_DELAY
     if pretravel_map.delay is None:
         moved = moved + unknown_delay_travel(touches, pretravel_map)
+        if moved.any() and (pretravel_map.feed is None or touches.feeds is None):
+            source = FEED_NOT_KNOWN
     else:
         moved = moved + delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
     machine = np.zeros((1, 3, 0))
@@ -420,6 +431,7 @@ def errors_of_points(
         machine,
         u_map,
         rubbed,
+        source,
     )
 
 

@@ -64,6 +64,8 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
         compensated points, whose covariance contains the step of their touches. [mm]
     map_used : str
         Name of the file and identity of the map that was used; empty where it is not known.
+    files : str
+        Of the touches, where they were several, compensated as one clamping.
 
     Notes
     -----
@@ -83,6 +85,7 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     step: float = 0.0
     scatter: ScatterOnPart | None = None
     map_used: str = ""
+    files: str = ""
 
     def __repr__(self) -> str:
         where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))

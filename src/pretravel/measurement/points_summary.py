@@ -448,8 +448,8 @@ def _one_unknown_feed(*, known_of_touches: bool) -> str:
     return (
         f"the {known} {'has' if known == 'map' else 'have'} a feed, the {unknown} "
         f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): points are wrong by the "
-        "difference of the feeds × signal delay. The unknown feed is taken as zero: u contains the "
-        f"known feed × {USUAL_DELAY * 1e3:g} ms. "
+        "difference of the feeds × signal delay. u assumes feeds within a factor of 3 of each "
+        f"other: twice the known feed × {USUAL_DELAY * 1e3:g} ms. "
         + (
             "Qualify again and give the feed of the touches on the reference"
             if unknown == "map"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -45,9 +46,9 @@ def log_lines(made: Touches) -> list[str]:
     return [*lines, f"done,{len(made)},end"]
 
 
-def verified(folder: Path, file: Path, *more: object, code: int = 0) -> str:
+def verified(folder: Path, *more: object, code: int = 0) -> str:
     common = ("--map", folder / "map.json", "--diameter", 25)
-    return "".join(both_outputs("verify", file, *common, *more, code=code))
+    return "".join(both_outputs("verify", *more, *common, code=code))
 
 
 class TestLogs:
@@ -72,6 +73,15 @@ class TestLogs:
         del lines[cut]
         path = self.written(tmp_path, "today.log", lines)
         assert "touches are in the log" in verified(folder, path, code=3)
+
+
+def test_touches_that_are_older_than_the_map_are_named(tmp_path: Path) -> None:
+    made = replace(old_map().provenance, touches_file="14.03.2026.csv")
+    write_map(tmp_path / "map.json", replace(old_map(), provenance=made))
+    for day, older in (("2026-03-13", True), ("2026-03-14", False)):
+        write_touches(tmp_path / f"{day}.csv", touches(11))
+        said = verified(tmp_path, tmp_path / f"{day}.csv")
+        assert (f"these touches are of {day}, before those of the map, 2026" in said) == older
 
 
 def test_the_touches_of_the_map_test_nothing(tmp_path: Path) -> None:
@@ -107,12 +117,26 @@ class TestHistory:
         assert (tmp_path / "probe.jsonl").read_bytes() == kept
         verified(folder, folder / "day1.csv")
 
+    def test_files_of_several_days(self, folder: Path, tmp_path: Path) -> None:
+        """Together they were taken, though the history had one of them."""
+        history, days = tmp_path / "probe.jsonl", []
+        for day in (17, 14):
+            days.append(tmp_path / f"2026-03-{day}.csv")
+            moved = touches(13).positions + 1e-5 * day
+            write_touches(days[-1], replace(touches(13), positions=moved))
+        said = verified(folder, *days)
+        assert "are of several days, 2026-03-14 to 2026-03-17 (the files)" in said
+        verified(folder, days[0], "--history", history)
+        said = verified(folder, *days, "--history", history, code=3)
+        assert "line 1: these touches of one of the files are in the history" in said
+
     def test_those_of_the_last_entry_may_be_accepted(self, folder: Path, tmp_path: Path) -> None:
         history = ("--history", tmp_path / "probe.jsonl")
         verified(folder, folder / "day1.csv", *history)
         accept = ("--accept", tmp_path / "new.json")
         verified(folder, folder / "day1.csv", *history, *accept)
-        verified(folder, folder / "day2.csv", *history)
+        said = verified(folder, folder / "day2.csv", *history)
+        assert "the history has a later map of this probe, new.json (" in said
         verified(folder, folder / "day1.csv", *history, *accept, code=3)
 
     def test_an_entry_of_an_earlier_version_has_no_digest(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import InputError
+from pretravel.drawing.tasks.measure.features_of_points import not_in_u
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.netcdf import write_dataset
 from pretravel.files.points_reading import points_and_notes, read_points
@@ -54,8 +55,11 @@ def test_a_map_that_is_far_better_than_the_touches_is_still_stated() -> None:
 @pytest.mark.parametrize("ending", ["csv", "json", "parquet", "nc"])
 def test_round_trip(points: Points, ending: str, tmp_path: Path) -> None:
     path = tmp_path / f"points.{ending}"
+    points = replace(points, files="op1.csv, op2.csv")
     write_points(path, points)
     again = read_points(path)
+    assert again.files == points.files
+    assert "op1.csv, op2.csv: distances" in not_in_u(again)[0]
     near = {"rtol": 1e-11, "atol": 1e-12}  # CSV has twelve digits
     assert np.allclose(again.positions, points.positions, **near)
     assert np.allclose(again.normals, points.normals, **near)

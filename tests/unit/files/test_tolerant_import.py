@@ -401,6 +401,10 @@ class TestNewcomer:
             told = run("qualify", sphere, "--diameter", 24.9987, *tip, code=2)
             assert "the coordinates look like inches" in told
             assert "give the unit inch (--units)" in told
+            small = [each / INCH for each in (24.9987, *tip[1:])]
+            inches = ("qualify", sphere, "--diameter", small[0], *tip[:1], *small[1:])
+            told = run(*inches, code=2)
+            assert "a reference of 0.984201 mm may be one of 25 mm in inches" in told
         told = run("compensate", sphere, "--map", "omp40-2", "-o", tmp_path / "p.csv", code=2)
         assert "does not give its unit of length" in told
 

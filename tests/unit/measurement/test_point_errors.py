@@ -11,6 +11,7 @@ import pytest
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
 from pretravel.base.frames import probe_rotation
+from pretravel.drawing.tasks.measure.features_of_points import not_in_u
 from pretravel.files.touches_csv import read_touches
 from pretravel.laboratory.measured_spheres import measured_sphere
 from pretravel.maps.kinds.harmonic import HarmonicBasis
@@ -205,8 +206,8 @@ class TestDelay:
         [
             (60.0, [60.0, 120.0, 30.0], True, [0.0, 2.0, 1.0]),
             (60.0, [60.5, 59.5, 61.0], True, [0.0, 0.0, pytest.approx(1.0 / 30.0)]),
-            (None, [60.0, 120.0, 30.0], True, [2.0, 4.0, 1.0]),
-            (60.0, None, True, [2.0] * 3),
+            (None, [60.0, 120.0, 30.0], True, [4.0, 8.0, 2.0]),
+            (60.0, None, True, [4.0] * 3),
             (None, None, True, [0.0] * 3),
             (60.0, [60.0, 120.0, 30.0], False, [0.0] * 3),
         ],
@@ -214,12 +215,20 @@ class TestDelay:
     def test_an_unknown_delay_travels_the_difference_of_the_feeds(
         self, made_at: float | None, feeds: list[float] | None, uncertain: bool, travel: list[float]
     ) -> None:
-        """2 ms at 60 mm/min, 1 mm/s, are 2 µm; feeds within a per cent are the same."""
+        """2 ms at 60 mm/min, 1 mm/s, are 2 µm; feeds within a per cent are the same.
+
+        An unknown feed within a factor of three differs by at most twice the known one.
+        """
         variance = Covariance.independent([1e-8]) if uncertain else Covariance.none(1)
         made = replace(mean_map(0.01), covariance=variance, feed=made_at)
         n = np.array([[0.0, 0.0, 1.0]] * 3)
         found = unknown_delay_travel(Touches(2.99 * n, n, feeds=feeds), made)
         assert (1e3 * found).round(9).tolist() == travel
+        points = apply(Touches(2.99 * n, n, feeds=feeds), made)
+        told = not_in_u(points)
+        one_unknown = uncertain and (made_at is None) != (feeds is None)
+        assert bool(told) == one_unknown
+        assert not told or f"contains {max(travel):.1f} µm" in told[0]
 
     def test_the_sign_of_an_unknown_delay_is_that_of_its_travel(self) -> None:
         """240 mm/min of difference for 2 ms: 8 µm. Where feeds agree, nothing moves."""

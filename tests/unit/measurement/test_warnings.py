@@ -86,7 +86,7 @@ def test_feeds_that_are_not_known_matter_to_qualified_maps_without_a_delay(
     of_touches = "the map has a feed, the touches do not (column" in told
     assert of_touches == (unknown and made_at is not None and feeds is None)
     assert of_touches == ("Give the feed of these touches" in told)
-    assert ("the known feed × 2 ms" in told) == (of_map or of_touches)
+    assert ("twice the known feed × 2 ms" in told) == (of_map or of_touches)
 
 
 def test_predicted_maps_contain_neither_uncertainty_nor_delay() -> None:

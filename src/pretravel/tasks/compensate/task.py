@@ -278,7 +278,7 @@ class Compensate(
         PretravelError
             Touches without normals or nominal, directions outside the map.
         """
-        from pretravel.files import map_word
+        from pretravel.files import first_few, map_word
         from pretravel.measurement import (
             TouchSummary,
             apply_with_errors,
@@ -311,7 +311,8 @@ class Compensate(
         of_neighbours: tuple[str, ...] = ()
         if readings.normals_taken and nominal is None and self.feature == _SURFACE:
             points, of_neighbours = with_errors_of_neighbours(measured, points, seen)
-        points = replace(points, map_used=map_word(self.map_file, pretravel_map))
+        several = first_few([path.name for path in self.files]) if len(self.files) > 1 else ""
+        points = replace(points, map_used=map_word(self.map_file, pretravel_map), files=several)
         summary = TouchSummary.of(measured, points, seen)
         warnings = tuple(summary.warnings(pretravel_map))
         if in_machine:  # nominal points are where the part was expected

@@ -59,6 +59,7 @@ def check_today(inputs: Inputs) -> DailyResult:
         check_history,
         read_map,
         refuse_known_touches,
+        replaced_since,
         time_of_touches,
     )
 
@@ -77,7 +78,12 @@ def check_today(inputs: Inputs) -> DailyResult:
         if content:
             path.write_bytes(content)
         check_history(path, old_map)
-        refuse_known_touches(path, made.readings.in_machine_axes().touches)
+        known = made.readings.in_machine_axes().touches
+        refuse_known_touches(path, known, of_files=made.readings.digests)
+        if content:
+            later = replaced_since(_entries(path), old_map)
+            warnings = (*made.readings.warnings, *later)
+            made = replace(made, readings=replace(made.readings, warnings=warnings))
         add_verification(
             path,
             made.verification,

@@ -99,10 +99,12 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         from pretravel.files import (
             HISTORY_ENDING,
             add_verification,
+            before_those_of_map,
             check_history,
             read_history,
             read_map,
             refuse_known_touches,
+            replaced_since,
             time_of_touches,
         )
         from pretravel.qualification import refuse_own_touches, verify
@@ -126,10 +128,16 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
                 "the cause, and touch the reference again"
             )
         refuse_own_touches(measured, old_map)
+        said = before_those_of_map(measured, old_map)
         if self.history is not None:
             check_history(self.history, old_map)
             again = self.accept is not None
-            refuse_known_touches(self.history, measured, again_at_once=again)
+            refuse_known_touches(
+                self.history, measured, again_at_once=again, of_files=readings.digests
+            )
+            if self.history.exists():
+                said += replaced_since(read_history(self.history), old_map)
+        readings = replace(readings, warnings=(*readings.warnings, *said))
         rate = 0.01 * self.false_alarms
         result = verify(measured, old_map, self.diameter, ring=self.ring, false_alarm_rate=rate)
         new_map = None
@@ -139,8 +147,8 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
             new_map = qualify_like(measured, old_map, self.diameter, ring=self.ring).pretravel_map
         with _new_map(self.accept, new_map):
             if self.history is not None:
-                moment, said = time_of_touches(self.files)
-                readings = replace(readings, warnings=(*readings.warnings, *filter(None, [said])))
+                moment, why = time_of_touches(self.files)
+                readings = replace(readings, warnings=(*readings.warnings, *filter(None, [why])))
                 add_verification(
                     self.history,
                     result,

@@ -23,7 +23,7 @@ from pretravel.drawing.tolerances.tolerances import (
     is_far_from_nominal,
 )
 from pretravel.files import first_few
-from pretravel.measurement import Points, named_feature, normals_of_feature
+from pretravel.measurement import FEED_NOT_KNOWN, Points, named_feature, normals_of_feature
 from pretravel.touches import label_prefix
 
 if TYPE_CHECKING:
@@ -254,3 +254,27 @@ def other_maps(points: Points, path: Path) -> tuple[str, ...]:
     was, is_now = (word.rpartition(" ")[2] for word in (points.map_used, now))
     changed = f"{name} has changed since the points were compensated with it ({was}, now {is_now})"
     return (f"{changed}: compensate again, if the new map is that of these touches",)
+
+
+def not_in_u(points: Points) -> tuple[str, ...]:
+    """What a verdict must not pass over: touches of several files, a feed that is not known.
+
+    >>> at, word = np.zeros((1, 3)), ("1",)
+    >>> not_in_u(Points(at, at + [0.0, 0.0, 1.0], np.zeros(1), np.eye(3)[None], None, word))
+    ()
+    """
+    said = []
+    if points.files:
+        said.append(
+            f"the touches are of several files, {points.files}: distances and positions across "
+            "these files hold only if the part was not moved or clamped again in between; U does "
+            "not contain that"
+        )
+    if FEED_NOT_KNOWN in (points.shared or {}):
+        moved = float(np.max(np.abs((points.shared or {})[FEED_NOT_KNOWN]))) / MICROMETRE
+        said.append(
+            "the feed of the map or of the touches on the part is not known: all sizes may be "
+            "wrong by the difference of the feeds × signal delay. u of a point contains "
+            f"{moved:.1f} µm for this. Before you rework or scrap, compensate again with the feed"
+        )
+    return tuple(said)

@@ -291,7 +291,7 @@ class Measure(LaboratoryReport):
 
     def run(self, progress: Progress = SILENT) -> MeasuredFeatures:
         """Read the points and measure their features."""
-        from pretravel.drawing.tasks.measure.features_of_points import other_maps
+        from pretravel.drawing.tasks.measure.features_of_points import not_in_u, other_maps
         from pretravel.files import ReadingOptions, points_and_notes
 
         if self.feature is None and self.drawing is None:
@@ -320,7 +320,7 @@ class Measure(LaboratoryReport):
                 "subtracted: leave the tip's diameter out",
                 inputs=("tip_diameter",),
             )
-        notes += other_maps(points, self.points)
+        notes += (*other_maps(points, self.points), *not_in_u(points))
         with progress.working(f"measuring the features of {len(points)} points"):
             found = self.measured(points, wanted, part)
         return replace(found, left_out=(*notes, *found.left_out))
