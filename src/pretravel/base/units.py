@@ -44,6 +44,9 @@ take up to some milliseconds. [s]"""
 USUAL_FEED: Final = 100.0
 """Of touches whose feed is not stated: slow touches have 30 to 300 mm/min. [mm/min]"""
 
+SLOWEST_USUAL_FEED: Final = 10.0
+"""Numbers below it are feeds in mm/s or m/min, perhaps. [mm/min]"""
+
 
 def range_text(low: float, high: float) -> str:
     """Words for a range, one number where both ends are the same.

@@ -528,8 +528,9 @@ def _provenance(stated: Mapping[str, Any]) -> Provenance:
             if isinstance(value, int) and not isinstance(value, bool):
                 value = float(value)
             usual = None if value is None else 0.0
-        # These two are checked where they are read.
-        if entry.name not in ("setup", "center_covariance") and not isinstance(value, type(usual)):
+        # These are checked where they are read.
+        read = ("setup", "center_covariance", "center")
+        if entry.name not in read and not isinstance(value, type(usual)):
             raise PretravelError(
                 f"the key provenance: {entry.name} must be of the type "
                 f"{type(usual).__name__}, not {value!r:.60}"

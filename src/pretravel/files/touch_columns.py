@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pretravel.base import INCH, InputError
+from pretravel.base import INCH, SLOWEST_USUAL_FEED, InputError
 from pretravel.files.column_names import (
     ANGLE_UNITS,
     FEED_UNITS,
@@ -154,6 +154,8 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         of_touches=True,
     )
     refuse_control_characters(table)
+    if not options.look_only:
+        _refuse_slow_feeds(file, table, roles)
     own_form = (
         text.separator == ","
         and text.encoding == "UTF-8"
@@ -463,6 +465,21 @@ def _scale(role: str, roles: ColumnRoles, unit: _Unit | None) -> float:
     if role == "spindle":
         return scale * ANGLE_UNITS[roles.units.get(role, "deg")]
     return scale
+
+
+def _refuse_slow_feeds(file: SourceFile, table: CsvTable, roles: ColumnRoles) -> None:
+    """Refuse feeds without a unit that are too slow for mm/min: of mm/s or m/min, perhaps."""
+    if "feed" not in roles.index or "feed" in roles.units:
+        return
+    fastest = float(table.numbers("feed_mm_min").max())
+    if fastest < SLOWEST_USUAL_FEED:
+        name = table.titles["feed_mm_min"]
+        raise file.error(
+            f"the feeds in {name} are at most {fastest:g}, and probes touch at "
+            f"{SLOWEST_USUAL_FEED:g} to 2000 mm/min: in which unit are they? Name it in the title "
+            f"of the column: {name} [mm/s], {name} [m/min] or {name} [mm/min]",
+            inputs=("columns",),
+        )
 
 
 def _feed_unit(roles: ColumnRoles, unit: _Unit | None) -> str:

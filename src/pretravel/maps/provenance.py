@@ -197,6 +197,8 @@ class Provenance:
     center_covariance : (3, 3) float, optional
         Of the centre of the reference, probe frame: a place that is found through the map has
         it, beyond what points have. None where the map separates no centre, or does not say. [mm²]
+    center : (3,) float, optional
+        Of the reference at the qualification, in the machine's axes. [mm]
     """
 
     origin: Origin = Origin.MADE
@@ -214,6 +216,7 @@ class Provenance:
     tip: str = ""
     orientation: str = ""
     center_covariance: tuple[tuple[float, ...], ...] | None = None
+    center: tuple[float, ...] | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for a file; what is empty is left out.
@@ -231,6 +234,8 @@ class Provenance:
             found["spindle_deg"] = self.spindle_deg
         if self.center_covariance is not None:
             found["center_covariance"] = [list(row) for row in self.center_covariance]
+        if self.center is not None:
+            found["center"] = list(self.center)
         if self.setup is not None:
             found["setup"] = asdict(self.setup)
         if self.kind_settings:
@@ -252,11 +257,12 @@ class Provenance:
         known = {entry.name for entry in fields(cls)}
         given = {name: value for name, value in values.items() if name in known}
         setup = given.pop("setup", None)
-        center = given.pop("center_covariance", None)
+        spread, center = given.pop("center_covariance", None), given.pop("center", None)
         return cls(
             **{**given, "origin": Origin(values["origin"])},
             setup=None if setup is None else QualificationSetup(**setup),
-            center_covariance=None if center is None else _matrix(center),
+            center_covariance=None if spread is None else _matrix(spread),
+            center=None if center is None else _place(center),
         )
 
     def with_center_covariance(self, covariance: FloatArray) -> Provenance:
@@ -277,6 +283,13 @@ _TEXTS = (
     "source", "touches", "touches_file", "reading", "gauge", "probe", "touch_digests", "tip",
     "orientation",
 )  # fmt: skip
+
+
+def _place(values: npt.ArrayLike) -> tuple[float, ...]:
+    found = np.asarray(values, dtype=np.float64)
+    if found.shape != (3,) or not np.isfinite(found).all():
+        raise PretravelError("the centre of the reference must be three numbers, in mm")
+    return tuple(found.tolist())
 
 
 def _matrix(values: npt.ArrayLike) -> tuple[tuple[float, ...], ...]:

@@ -574,6 +574,7 @@ def _updated(
             touches_file=touches.source or "",
             reading=touches.reading,
             touch_digests=touch_digests(touches.positions, made.touch_digests),
+            center=None,
         ),
     )
 

@@ -353,6 +353,7 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
         ready.touches.positions[ready.used], ready.observation.groups, ready.effects.step
     )
     made = pretravel_map.provenance.with_center_covariance(rotation.T @ of_center @ rotation)
+    made = replace(made, center=tuple((rotation @ centered.center).tolist()))
     pretravel_map = replace(pretravel_map, provenance=made)
     return Qualification(
         pretravel_map=pretravel_map,

@@ -11,6 +11,7 @@ from pretravel.base import (
     ANGLE,
     FEED,
     REFERENCE_DIAMETER,
+    SLOWEST_USUAL_FEED,
     TIP_BALL,
     InputError,
     PretravelError,
@@ -664,7 +665,14 @@ class TouchFiles(TouchTables):
         if readings.touches.reading:
             progress.say(f"read: {readings.touches.reading}")
         feed = getattr(self, "feed", None)
-        return replace(readings, touches=readings.touches.with_feed(feed))
+        said = []
+        if feed is not None and feed < SLOWEST_USUAL_FEED:
+            said = [f"a feed of {feed:g} mm/min is unusually slow: is it in mm/s or m/min?"]
+        return replace(
+            readings,
+            touches=readings.touches.with_feed(feed),
+            warnings=(*readings.warnings, *said),
+        )
 
 
 FeedOfTouches: TypeAlias = Annotated[

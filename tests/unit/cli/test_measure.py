@@ -253,6 +253,10 @@ def test_a_value_without_a_lower_bound_has_no_u(points_file: Path) -> None:
     told = run("measure", points_file, "--feature", "bore", "--select", "bore1*", "--u-machine", 2,
                "--at", f"{x + 0.0025},{y},{z}", "--position-tolerance", 0.1, "--tolerance",
                "19.9..20.1")  # fmt: skip
+    away = both_outputs("measure", points_file, "--feature", "bore", "--select", "bore1*",
+                        "--at", f"{x + 90},{y},{z}", "--position-tolerance", 1, code=3)  # fmt: skip
+    assert "bore1* lies 90.0 mm from its nominal position: are" in " ".join(away[1].split())
+    assert "nominal position" not in told
     lines = {row.split()[2]: row for row in told.splitlines() if "✔" in row}
     assert re.search(r" 20\.\d+ mm +4(\.\d)? µm +2 +✔", lines["diameter"])
     assert re.search(r"0\.1 mm +0\.\d+, at most 0\.\d+ mm +✔", lines["position"])

@@ -7,11 +7,12 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.files.map_file import write_map
-from pretravel.files.touches_csv import write_touches
+from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, run
 from tests.support.touches_of_days import SPHERE
@@ -88,12 +89,19 @@ def test_the_touches_of_the_map_test_nothing(tmp_path: Path) -> None:
     """They were "no change found", exit code 0, and a row of the history."""
     made, history = tmp_path / "map.json", tmp_path / "probe.jsonl"
     sphere = ("--diameter", 24.9987)
-    run("qualify", SPHERE, *sphere, "--tip-diameter", 6, "--kind", "mean", "-o", made)
+    run("qualify", SPHERE, *sphere, "--tip-diameter", 6, "--kind", "harmonic", "-o", made)
     common = ("--map", made, *sphere, "--history", history)
     said = "".join(both_outputs("verify", SPHERE, *common, code=3))
     assert "nothing was tested: all 75 touches are identical to touches that the map" in said
     assert "no change found" not in said
     assert not history.exists()
+    sphere_again = read_touches(SPHERE)
+    for shift in (0.05, 0.01):  # of the centre, which is fitted: the probe has not changed
+        moved = sphere_again.positions + np.array([shift, 0.0, 0.0])
+        write_touches(tmp_path / "moved.csv", replace(sphere_again, positions=moved))
+        said = "".join(both_outputs("verify", tmp_path / "moved.csv", *common[:-2]))
+        assert ("centre moved       (+0.050, " in said) == (shift > 0.02)
+        assert ("a bent stylus or a moved tip" in said) == (shift > 0.02)
 
 
 class TestHistory:

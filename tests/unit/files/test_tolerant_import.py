@@ -219,6 +219,9 @@ def test_feeds_in_the_unit_of_the_file() -> None:
         again = read_touches(words, ReadingOptions(units="inch"))
         assert again.feeds == pytest.approx([feed])
         assert again.positions[0] == pytest.approx([25.4, 50.8, 76.2])
+    slow = SourceFile("a.csv", text.format("").replace(";10", ";9").encode())
+    with pytest.raises(InputError, match=r"at most 9, .* in which unit .* F \[mm/s\]"):
+        read_touches(slow, ReadingOptions(units="mm"))
 
 
 def test_rounded_normals_are_unit_vectors() -> None:

@@ -30,18 +30,21 @@ def test_what_is_stated_comes_back() -> None:
     stated = Provenance(
         Origin.QUALIFIED, "a", "b", "c", "d", level_known=False, probe="e", setup=setup,
         kind_settings={"x": 1.0}, reading="f", touch_digests="g", tip="h", orientation="i",
+        center=(1.0, 2.0, 3.0),
     )  # fmt: skip
     kept = stated.as_dict()
     assert kept == {
         "origin": "qualified", "source": "a", "touches": "b", "touches_file": "c",
         "reading": "f", "gauge": "d", "probe": "e", "touch_digests": "g",
         "tip": "h", "orientation": "i", "level_known": False, "setup": asdict(setup),
-        "kind_settings": {"x": 1.0},
+        "center": [1.0, 2.0, 3.0], "kind_settings": {"x": 1.0},
     }  # fmt: skip
     assert Provenance.from_dict(kept) == stated
     assert Provenance.from_dict(kept | {"of a later version": 1}) == stated
     assert Provenance().as_dict() == {"origin": "made"}
     assert Provenance.from_dict({"origin": "made"}) == Provenance()
+    with pytest.raises(PretravelError, match="three numbers"):
+        Provenance.from_dict(kept | {"center": [1.0, 2.0]})
     with pytest.raises(KeyError):
         Provenance.from_dict({"source": "predicted"})
 

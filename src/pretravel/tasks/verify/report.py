@@ -25,6 +25,7 @@ from pretravel.show import (
 from pretravel.tasks.history import decision_words
 
 if TYPE_CHECKING:
+    from pretravel.base import FloatArray
     from pretravel.files import Entry
     from pretravel.show import View
 
@@ -36,6 +37,7 @@ def verification_document(
     title: str = "Verification",
     entries: Sequence[Entry] = (),
     warnings: Sequence[str] = (),
+    center_moved: FloatArray | None = None,
 ) -> Document:
     """The report of a verification.
 
@@ -50,11 +52,14 @@ def verification_document(
         The history of the probe, for the control chart.
     warnings : sequence of str
         In addition to those of the result.
+    center_moved : (3,) float, optional
+        Shift of the centre of the reference since the qualification. [mm]
 
     Returns
     -------
     Document
     """
+    shifted = _shift_figures(center_moved)
     verdict = "CHANGED" if result.changed else "no change found"
     unseen = _unseen_warnings(result)
 
@@ -74,13 +79,15 @@ def verification_document(
         figures=(
             *_cause_figures(result),
             *_change_figures(result),
+            *shifted,
             *_test_figures(result),
             KeyFigure("old map", decision_words(decision) + _UNTIL_THEN * keep),
         ),
         pictures=(
             Picture("Differences, and the control chart" if entries else "Differences", drawn),
         ),
-        notes=((_NOT_SHOWN,) if _drifted(result) else (_CHECK_STYLUS, _NOT_SHOWN)) if keep else (),
+        notes=(_CHECK_STYLUS,) * (keep and not _drifted(result))
+        + (_NOT_SHOWN,) * bool(keep or shifted),
         warnings=(*unseen, *warnings, *result.warnings),
         data=_data(result, decision),
     )
@@ -148,6 +155,18 @@ _NOT_SHOWN = (
     "a bent stylus or a moved tip shifts only the centre, which verify fits again: measure the "
     "offsets of the tip"
 )
+
+
+_SHIFT = 0.02
+"""Shift of the centre that is far above its uncertainty, and of a bent stylus. [mm]"""
+
+
+def _shift_figures(moved: FloatArray | None) -> tuple[KeyFigure, ...]:
+    if moved is None or float(np.linalg.norm(moved)) < _SHIFT:
+        return ()
+    shift = ", ".join(f"{value:+.3f}" for value in moved)
+    remark = "if the reference was not moved, the stylus is bent or the tip has moved"
+    return (KeyFigure("centre moved", f"({shift}) mm since the qualification", remark=remark),)
 
 
 def _cause_figures(result: Verification) -> tuple[KeyFigure, ...]:

@@ -27,10 +27,12 @@ from pretravel.task import (
 )
 
 if TYPE_CHECKING:
+    from pretravel.base import FloatArray
     from pretravel.files import Entry, FileReadings
     from pretravel.maps import PretravelMap
     from pretravel.qualification import Verification
     from pretravel.show import Document
+    from pretravel.touches import Touches
 
 _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 """A table does not contain all that a verification needs."""
@@ -161,7 +163,8 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         unseen = result.unseen_turn is not None or result.size_is_unseen
         unsure = result.changed or unseen
         entries = () if self.history is None else tuple(read_history(self.history))
-        return VerifiedProbe(self, readings, result, entries, ANSWER if unsure else 0)
+        code, moved = ANSWER if unsure else 0, _center_moved(measured, old_map, ring=self.ring)
+        return VerifiedProbe(self, readings, result, entries, code, moved)
 
     @property
     def decision(self) -> str:
@@ -182,6 +185,8 @@ class VerifiedProbe(Result):
         The history of the probe.
     exit_code : int
         `ANSWER` where the probe has changed, or a turn of it could not be seen.
+    center_moved : (3,) float, optional
+        Shift of the centre of the reference since the qualification. [mm]
     """
 
     task: Verify
@@ -189,6 +194,7 @@ class VerifiedProbe(Result):
     verification: Verification
     entries: tuple[Entry, ...] = ()
     exit_code: int = 0
+    center_moved: FloatArray | None = None
 
     def document(self) -> Document:
         """The report."""
@@ -201,7 +207,35 @@ class VerifiedProbe(Result):
             title=f"{task.touches_name} against {task.map_file.name}",
             entries=self.entries,
             warnings=self.readings.notes(),
+            center_moved=self.center_moved,
         )
+
+
+_FAR = 5.0
+"""Standard uncertainties of a shift of the centre that is said."""
+
+
+def _center_moved(
+    touches: Touches, pretravel_map: PretravelMap, *, ring: bool
+) -> FloatArray | None:
+    """Shift of a sphere's centre since the qualification, where map and touches show it. [mm]"""
+    import numpy as np
+
+    from pretravel.measurement import apply
+    from pretravel.uncertainty import fit_sphere
+
+    before = pretravel_map.provenance.center
+    if before is None or ring:
+        return None
+    try:
+        points = apply(touches, pretravel_map, extrapolate=True, shared=False)
+        found = fit_sphere(points.positions)
+    except PretravelError:  # too few touches, or all in one plane
+        return None
+    moved = np.asarray(found.center - before)
+    worst = float(np.linalg.eigvalsh(found.cofactor[:3, :3])[-1])
+    u_center = float(np.max(points.standard_uncertainty)) * worst**0.5
+    return moved if float(np.linalg.norm(moved)) > _FAR * u_center else None
 
 
 @contextmanager

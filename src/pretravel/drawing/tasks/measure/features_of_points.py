@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 _AT_POINT = 1.0
 """Of a target that is a point or a line: a touch farther away is another place. [mm]"""
+_OTHER_PLACE = 5.0
+"""No feature of a part that is where it was expected is farther from its place. [mm]"""
 _FEWEST_ON_LINE = 2
 _SMALLEST_TIP = 0.5
 """A diameter of surface points is closer to its nominal. [mm]"""
@@ -106,6 +108,20 @@ def far_from_nominal(feature: MeasuredFeature, row: DrawnFeature) -> list[str]:
         return []
     said = f"the {size.name} is {size.value:.3f} mm, and the drawing's nominal_mm {row.nominal:g}"
     return [f"{feature.label}: {said}: are these its touches?"]
+
+
+def far_from_place(feature: MeasuredFeature, at: Sequence[float] | None) -> list[str]:
+    """Whether a feature lies too far from its nominal place to be the one that is meant."""
+    known = {each.name: each.value for each in feature.quantities}
+    if at is None:
+        return []
+    away = math.hypot(
+        *(known[axis] - place for axis, place in zip("xyz", at, strict=True) if axis in known)
+    )
+    if away < _OTHER_PLACE:
+        return []
+    said = f"{feature.label or feature.kind} lies {away:.1f} mm from its nominal position"
+    return [f"{said}: are these its touches, and is the position in the axes of the points?"]
 
 
 def inspected(label: str, points: Points, task: StatedSettings) -> InspectedFeature:

@@ -499,6 +499,7 @@ class Measure(LaboratoryReport):
             several features.
         """
         from pretravel.drawing.tasks.measure.features_of_points import (
+            far_from_place,
             inspected,
             kinds_of,
             nominals_of,
@@ -526,7 +527,7 @@ class Measure(LaboratoryReport):
             for label, mine in chosen.items():
                 kept, said = without_missed(mine, kinds_of(label, task), task.axis)
                 of_task.append(inspected(label, kept, task))
-                misses += said
+                misses += [*said, *far_from_place(of_task[-1].feature, task.at)]
             nominals |= nominals_of(of_task, task)
             found += of_task
         result = replace(_result(self, tuple(found), ()), left_out=(*left_out, *misses))
@@ -539,6 +540,7 @@ class Measure(LaboratoryReport):
         from pretravel.drawing.tasks.measure.drawn_features import DrawnFeatures
         from pretravel.drawing.tasks.measure.features_of_points import (
             far_from_nominal,
+            far_from_place,
             inspected,
             kinds_of,
             nominals_of,
@@ -578,6 +580,7 @@ class Measure(LaboratoryReport):
             said += far
             nominals |= nominals_of([drawn.found[row.name]], task, row.nominal)
             said += far_from_nominal(drawn.found[row.name].feature, row)
+            said += far_from_place(drawn.found[row.name].feature, task.at)
         features, together = drawn.decide()
         nominals |= {
             (", ".join(row.features), row.quantity): row.nominal
