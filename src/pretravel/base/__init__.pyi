@@ -100,8 +100,8 @@ from .units import INCH as INCH
 from .units import LARGEST_NUMBER as LARGEST_NUMBER
 from .units import MICROMETRE as MICROMETRE
 from .units import SECONDS_PER_MINUTE as SECONDS_PER_MINUTE
-from .units import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .units import SLOWEST_USUAL_FEED as SLOWEST_USUAL_FEED
+from .units import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .units import USUAL_DELAY as USUAL_DELAY
 from .units import USUAL_FEED as USUAL_FEED
 from .units import delay_travel as delay_travel
