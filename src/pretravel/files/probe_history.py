@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -240,16 +240,17 @@ def refuse_known_touches(
             )
 
 
-def replaced_since(entries: Sequence[Entry], pretravel_map: PretravelMap) -> tuple[str, ...]:
+def replaced_since(path: str | Path, pretravel_map: PretravelMap) -> tuple[str, ...]:
     """A sentence where the history has a successor of the map.
 
     Parameters
     ----------
-    entries : sequence of Entry
-        Before this verification.
+    path : str or Path
+        A history that does not exist yet has none.
     pretravel_map : PretravelMap
     """
-    own = map_id(pretravel_map)
+    own, path = map_id(pretravel_map), Path(path)
+    entries = _entries(opened(path)) if path.exists() else []
     rows = [row for row, entry in enumerate(entries) if entry["map_id"] == own]
     accepted = [row for row in rows if str(entries[row]["decision"]).startswith("accepted ")]
     if accepted:

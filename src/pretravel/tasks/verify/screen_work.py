@@ -81,7 +81,7 @@ def check_today(inputs: Inputs) -> DailyResult:
         known = made.readings.in_machine_axes().touches
         refuse_known_touches(path, known, of_files=made.readings.digests)
         if content:
-            later = replaced_since(_entries(path), old_map)
+            later = replaced_since(path, old_map)
             warnings = (*made.readings.warnings, *later)
             made = replace(made, readings=replace(made.readings, warnings=warnings))
         add_verification(

@@ -102,11 +102,8 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
             HISTORY_ENDING,
             add_verification,
             before_those_of_map,
-            check_history,
             read_history,
             read_map,
-            refuse_known_touches,
-            replaced_since,
             time_of_touches,
         )
         from pretravel.qualification import refuse_own_touches, verify
@@ -130,15 +127,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
                 "the cause, and touch the reference again"
             )
         refuse_own_touches(measured, old_map)
-        said = before_those_of_map(measured, old_map)
-        if self.history is not None:
-            check_history(self.history, old_map)
-            again = self.accept is not None
-            refuse_known_touches(
-                self.history, measured, again_at_once=again, of_files=readings.digests
-            )
-            if self.history.exists():
-                said += replaced_since(read_history(self.history), old_map)
+        said = (*before_those_of_map(measured, old_map), *self._known_to_history(readings, old_map))
         readings = replace(readings, warnings=(*readings.warnings, *said))
         rate = 0.01 * self.false_alarms
         result = verify(measured, old_map, self.diameter, ring=self.ring, false_alarm_rate=rate)
@@ -165,6 +154,22 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         entries = () if self.history is None else tuple(read_history(self.history))
         code, moved = ANSWER if unsure else 0, _center_moved(measured, old_map, ring=self.ring)
         return VerifiedProbe(self, readings, result, entries, code, moved)
+
+    def _known_to_history(self, readings: FileReadings, old_map: PretravelMap) -> tuple[str, ...]:
+        """Refuse touches that the history has; what it says of the map."""
+        from pretravel.files import (
+            check_history,
+            refuse_known_touches,
+            replaced_since,
+        )
+
+        if self.history is None:
+            return ()
+        check_history(self.history, old_map)
+        again = self.accept is not None
+        digests = readings.digests
+        refuse_known_touches(self.history, readings.touches, again_at_once=again, of_files=digests)
+        return replaced_since(self.history, old_map)
 
     @property
     def decision(self) -> str:
