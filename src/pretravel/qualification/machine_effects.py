@@ -347,7 +347,7 @@ def reference_jump(
 
     def left(columns: FloatArray) -> tuple[float, FloatArray]:
         within = centred_within(columns, groups)
-        found = np.linalg.lstsq(within, seen, rcond=None)[0]
+        found = np.asarray(np.linalg.lstsq(within, seen, rcond=None)[0], dtype=np.float64)
         return float(np.sum((seen - within @ found) ** 2)), found
 
     by_drift = min(
