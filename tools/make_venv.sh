@@ -19,5 +19,5 @@ if ! "$python" -m venv .venv >/dev/null 2>&1; then
         exit 1
     fi
 fi
-echo "installing pretravel into .venv (half a minute)"
+echo "installing pretravel into .venv (one to three minutes, without further output)"
 .venv/bin/pip install --quiet --disable-pip-version-check --constraint requirements-dev.lock --editable .

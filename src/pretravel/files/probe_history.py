@@ -234,7 +234,8 @@ def refuse_known_touches(
                 f"these touches{which} are in the history already, from {entry['touches_file']} on "
                 f"{entry['time']}. The control has written no new log (wrong folder, disk full "
                 "or read-only), or an old file was copied: touch the reference again. To test "
-                "the same touches once more, leave out the history",
+                "the same touches once more, leave out the history; to take an entry back, delete "
+                "its line in the file",
                 path=path,
                 line=entry.number,
             )
