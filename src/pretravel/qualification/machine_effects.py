@@ -337,10 +337,10 @@ def reference_jump(
         The first touch on the moved reference, and its movement, probe frame. [mm]
 
     >>> n = np.tile([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]], (4, 1))
-    >>> moved = -0.05 * n[:, 0] * (np.arange(20) >= 7)
+    >>> moved = -0.05 * n.sum(axis=1) * (np.arange(20) >= 7)
     >>> first, shift = reference_jump(moved, n, np.tile(np.arange(5), 4))
     >>> first, shift.round(4).tolist()
-    (7, [0.05, 0.0, 0.0])
+    (7, [0.05, 0.05, 0.05])
     """
     count = len(values)
     seen = centred_within(values, groups)

@@ -30,7 +30,10 @@ def test_the_command_that_is_shown_finds_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, standard: str
 ) -> None:
     """Settings of the other standards are there, and do not count."""
-    result = check_by_standard(_inputs(tmp_path, standard, size_limit_um=20.0, repeat_limit_um=5.0))
+    limits = {"size_limit_um": 20.0, "repeat_limit_um": 5.0}
+    if standard == "iso230-10-tip-offset":  # each direction of its example is touched once
+        del limits["repeat_limit_um"]
+    result = check_by_standard(_inputs(tmp_path, standard, **limits))
     monkeypatch.chdir(tmp_path)
     words = shlex.split(result.same.command_line())
     exceeds = any("exceeds" in figure.verdict for figure in result.made.result.figures)

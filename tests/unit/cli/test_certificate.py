@@ -158,7 +158,7 @@ class TestTextsOfStandards:
         sentence = (
             "were programmed without the text of the standard and were not checked against it."
         )
-        assert f"What is used here of ISO 10360-5 {sentence}" in shown
+        assert f"The rules of ISO 10360-5 {sentence}" in shown
         assert "This is not a statement of conformity" in shown
         assert shown.count("without the text of the standard") == 2  # sentence, verdict
         assert shown.count("not checked") == 1 + 2  # sentence, two definitions

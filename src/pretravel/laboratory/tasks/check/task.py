@@ -258,10 +258,13 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
 
     def _refuse_idle_limits(self, result: StandardCheck) -> None:
         """Refuse a limit of a figure that the touches do not determine."""
+        from pretravel.task import STANDARDS
+
         limited = {figure.limit for figure in result.figures}
-        for name in _LIMITED:
+        for name, figures in _LIMITED.items():
             limit = _millimetres(getattr(self, name))
-            if limit is not None and limit not in limited:
+            own = not STANDARDS[self.standard].limits.isdisjoint(figures)
+            if own and limit is not None and limit not in limited:
                 raise PretravelError(
                     "the touches do not determine what this limit is for (repeats need several "
                     "touches of each direction): touch again, or leave the limit out",
