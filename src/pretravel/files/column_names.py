@@ -271,6 +271,8 @@ def column_name(title: str) -> ColumnName:
         words = _translated(words)
     plain = re.sub(r"[^a-z0-9#]", "", _plain(words))
     found = _known().get(plain) or _of_one_word(words)
+    if plain in ("spindle", "spindel") and unit in ANGLE_UNITS:  # without it, perhaps a speed
+        found = "spindle", 1
     if found is None:
         return ColumnName(title, None, None, 1)
     role, rank = found

@@ -125,6 +125,7 @@ def test_forms_of_other_programs(text: str, labels: tuple[str, ...] | None) -> N
         ("F", "feed", None), ("Vorschub [mm/min]", "feed", "mm/min"),
         ("spindle_deg", "spindle", "deg"), ("Spindle angle [°]", "spindle", "deg"),
         ("spindle angle [rad]", "spindle", "rad"), ("C [rad]", "c", "rad"),
+        ("Spindel [°]", "spindle", "deg"), ("Spindel", None, None),
         ("Spindle", None, None),
         ("feed_mm_min", "feed", "mm/min"),
         ("Avance (mm/min)", "feed", "mm/min"), ("Punkt-Nr.", "label", None), ("#", "label", None),
