@@ -227,7 +227,8 @@ def _refuse_moved_reference(observation: Observation) -> None:
         raise PretravelError(
             f"from touch {first + 1} of {len(values)} on, the reference lies ({x:+.1f}, {y:+.1f}, "
             f"{z:+.1f}) µm from where it lay before: it was moved, the tip rests elsewhere "
-            "since, or these are touches of two days or clampings. Use the touches before or after this touch alone",
+            "since, or these are touches of two days or clampings. Use the touches before or after "
+            "this touch alone",
             inputs=("touches",),
         )
 
