@@ -39,10 +39,12 @@ from pretravel.prediction.compliance.base import TIP_ON_PART
 from pretravel.prediction.loading import loaded_to_trigger
 from pretravel.prediction.materials import material
 from pretravel.prediction.seats import seat_frame, seat_statics
-from tests.support.full_contact import resolved_bodies
 
-sys.path.insert(0, str(Path(__file__).parent))
+# Run as a file: of the project, not of an installation.
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).resolve().parents[2])]
 from deck import write_deck
+
+from tests.support.full_contact import resolved_bodies
 
 DIRECTIONS = ((90.0, 0.0), (90.0, 60.0), (50.0, 20.0))  # polar, azimuth, degrees
 LOAD = 0.98
