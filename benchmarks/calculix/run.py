@@ -41,7 +41,8 @@ from pretravel.prediction.materials import material
 from pretravel.prediction.seats import seat_frame, seat_statics
 
 # Run as a file: of the project, not of an installation.
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).resolve().parents[2])]
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(Path(__file__).parent))
 from deck import write_deck
 
 from tests.support.full_contact import resolved_bodies
