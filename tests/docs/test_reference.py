@@ -75,7 +75,7 @@ NOT_WRITTEN_HERE = {
 }
 ELSEWHERE = {
     "Touches": {"spindle_deg", "reference", "tip", "part", "pass", "orientation"},
-    "Points": {"face"},  # of a part: align
+    "Points": {"face", "files"},  # of a part: align; of several files
     "Faces of a part": {"part"},
     "Steps of one touch": {"applied_force_N"},
     "Drift over days": {"unseen_turn_deg"},  # of days with few azimuths

@@ -159,7 +159,8 @@ def test_the_bore_that_is_too_large_stands_first(folder: Path, trace: Trace) -> 
     log = folder / "part_log.ngc"
     log.write_text("\n".join(trace.logs["part_log.ngc"]) + "\n")
     known = Covariance.independent([U_PRETRAVEL**2])
-    write_map(folder / "map.json", replace(mean_map(PRETRAVEL, tip_radius=1.5), covariance=known))
+    made = replace(mean_map(PRETRAVEL, tip_radius=1.5), covariance=known, feed=50.0)
+    write_map(folder / "map.json", made)
     run("align", log, "--part", MODEL, "--map", folder / "map.json",
         "--points", folder / "points.csv")  # fmt: skip
     told = run("measure", folder / "points.csv", "--drawing", folder / "drawing.toml",
