@@ -148,7 +148,7 @@ class PointsSummary:
 
 
 def other_nominal_points(touches: Touches, points: Points) -> tuple[str, ...]:
-    """A sentence where nominal points of touches are not where the nominal surface was touched.
+    """A sentence if the nominal points of the touches lie off the nominal surface; else empty.
 
     Parameters
     ----------
@@ -376,7 +376,7 @@ class TouchSummary:
         return [*warnings, *filter(None, [self.other_tip])]
 
     def notes(self, pretravel_map: PretravelMap) -> list[str]:
-        """What holds where feed, orientation, friction or scatter are not known, for the report.
+        """Sentences for the report if feed, orientation, friction or scatter are not known.
 
         Parameters
         ----------

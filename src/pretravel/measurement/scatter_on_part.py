@@ -210,8 +210,9 @@ def places_of(positions: FloatArray, normals: FloatArray) -> IntArray:
     first = connected(count, np.column_stack([one[same], other[same]]))
     moved = positions - positions[first]
     moved -= np.sum(moved * normals, axis=1)[:, None] * normals
-    rows = np.bincount(first, np.linalg.norm(moved, axis=1) > 2.0 * _SAME_PLACE, count)[first] > 0
-    return np.unique(np.where(rows, alone, first), return_inverse=True)[1]
+    far = np.linalg.norm(moved, axis=1) > 2.0 * _SAME_PLACE
+    in_a_row = np.bincount(first, far, count)[first] > 0
+    return np.unique(np.where(in_a_row, alone, first), return_inverse=True)[1]
 
 
 def _of_repeats(positions: FloatArray, normals: FloatArray, expected: FloatArray) -> ScatterSums:

@@ -242,7 +242,7 @@ def _first_rows(number: IntArray) -> IntArray:
 
 
 def _stand_there_before(number: IntArray) -> BoolArray:
-    """Rows whose number stands there before, with other numbers between."""
+    """Rows whose number occurs in an earlier row, with other numbers in between."""
     begins = np.flatnonzero(np.diff(number, prepend=-1))
     run = begins[np.searchsorted(begins, np.arange(len(number)), side="right") - 1]
     return np.asarray(_first_rows(number) < run)
