@@ -271,10 +271,9 @@ class PlacedPart(Task):
     place: Annotated[
         str | None,
         Field(
-            help="For touches in the machine's frame: placement of the part in the machine, "
-            "x,y,z in mm, then rotations about x, y, z in degrees; or the .json file of pretravel "
-            "align. Rotations are about the machine's axes, in that order; the "
-            "probe is not rotated.",
+            help="Placement of the part (mm, degrees, or the .json file of pretravel align), for "
+            "touches in the machine's frame. Rotations are about the machine's axes, in that "
+            "order; the probe is not rotated.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
             word=is_placement,

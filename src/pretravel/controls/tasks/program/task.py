@@ -153,7 +153,7 @@ def _pattern_help() -> str:
 class ProgramSphere(ProgramTask):
     """Touch a reference sphere in all directions, for pretravel qualify.
 
-    The centre of the sphere is the origin of the work offset (or --center), to about 1 mm.
+    Set the origin of the work offset to the centre of the sphere (or give --center), within 1 mm.
     """
 
     name = "program sphere"

@@ -208,9 +208,9 @@ def _touches_to_look_at(alignment: Alignment) -> list[str]:
         )
         one = len(alone) == 1
         found.append(
-            f"no other touch checks {named}: the others of the face are too few or nearly on a "
-            f"line, so {'this touch' if one else 'each of these touches'} alone "
-            f"determines a motion. If {'it has' if one else 'one has'} a gross error, or hit "
+            f"nothing checks {named}: the other touches of the face are too few or nearly on a "
+            f"line, so one motion of the part depends on {'this touch' if one else 'each of them'} "
+            f"alone. If {'it has' if one else 'one has'} a gross error, or hit "
             "another face, nothing shows this. Touch again close to it"
         )
     return found

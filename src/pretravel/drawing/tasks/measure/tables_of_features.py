@@ -315,7 +315,7 @@ def budget_section(inspected: InspectedFeature) -> Section:
                       remark="mean range of points on a perfect surface"),
             KeyFigure("noise subtracted", (form.measured - form.value) / MICROMETRE, "µm",
                       remark=f"from the {measured}, for the errors of the points" if form.value
-                      else f"which is the whole {measured}: the errors of the points explain it"),
+                      else f"all of the {measured}: the errors of the points alone can explain it"),
         ),
         tables=(table,),
         detail=True,
