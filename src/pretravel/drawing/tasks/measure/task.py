@@ -169,12 +169,12 @@ class Measure(LaboratoryReport):
     size_tolerance: Annotated[
         ToleranceText | None,
         Field(
-            help="Limits of the diameter, in mm (20.000..20.021, 20.. or ..20.021; with --nominal "
-            "also +0.021/0 or ±0.01).",
+            help="Limits of the diameter, in mm (20.000..20.021, 20.., ..20.021 or 20H7; with "
+            "--nominal also +0.021/0 or ±0.01).",
             option="--tolerance",
             metavar="LIMITS",
             label="Tolerance of the diameter",
-            hint="20.000..20.021, 20.. or ..20.021",
+            hint="20.000..20.021, 20.., ..20.021 or 20H7",
             without=("drawing",),
         ),
     ] = None
