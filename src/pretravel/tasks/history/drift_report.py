@@ -190,8 +190,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
         count = len(drift.times) - drift.starts[-1]
         return (
             f"{after}no drift is detected. A change of the map by more than {limit} cannot be "
-            f"excluded (probability above 5 %): {count} days are too few to show a trend. Touch "
-            "on more"
+            f"excluded, its probability is above 5 %: {count} days are too few to show a trend. "
+            "Touch on more days"
         )
     return (
         f"{after}no drift is detected. A drift too small to be detected would reach {limit} {on} "
@@ -266,7 +266,7 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         over = _over(drift, early)
         remark += "" if over else _sooner(drift)
         date = (
-            "may have passed already, within the recorded days"
+            "may have passed already, during the recorded days"
             if over
             else _date(drift.moment(early))
         )
@@ -286,7 +286,8 @@ def _kind_words(one: QuantityCourse) -> str:
     words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
     course = one.course
     walking = (
-        f"; u {course.walking.slope[1]:.2g} if it moves at random from day to day"
+        f"; u of the trend {course.walking.slope[1]:.2g} if this quantity moves at random from "
+        "day to day"
         if course.may_walk
         else ""
     )
