@@ -15,20 +15,18 @@ from pretravel.base import (
     NOISE,
     PretravelError,
 )
+from pretravel.design.tasks.described_probe import ContactModel, Gravity, Workpiece
 from pretravel.task import (
     PAGES,
     SILENT,
     Approach,
-    ContactModel,
     Field,
-    Gravity,
     InModes,
     PlacedPart,
     Progress,
     Reported,
     Result,
     When,
-    Workpiece,
     existing,
     is_map,
     is_probe,
