@@ -436,8 +436,8 @@ class ProgramPart(ProgramTask):
     allow_misses: Annotated[
         bool,
         Field(
-            help="Continue after a touch without contact, except if the first touch or two touches "
-            "in a row have none."
+            help="Continue after a touch without contact; stop if the first touch has none, or "
+            "two in a row."
         ),
     ] = False
     leave_out: Annotated[bool, Field(help="Leave out targets that cannot be reached.")] = False

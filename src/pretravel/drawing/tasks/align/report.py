@@ -116,7 +116,7 @@ def _motions_table(alignment: Alignment) -> Table:
             Column.of("value at the part's origin", angles, digits=Digits(5)),
             Column.of("unit", ["mm"] * 3 + ["°"] * 3),
             Column.of(
-                "U at the middle of the touches",
+                "U at the middle of the touches (larger at the origin)",
                 [*(stated[:3] / MICROMETRE), *stated[3:]],
                 digits=Digits(3, True),
             ),
@@ -256,10 +256,10 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
     elif alignment.errors.excess > 0.0:
         found.append(
-            "the stated errors of the touches leave "
-            f"{alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation) of the residuals "
-            "unexplained: faces may be displaced, wavy or of another size, or touches may scatter "
-            "more than on the reference. u contains it"
+            "the residuals are larger than u of the touches explains, by "
+            f"{alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation): faces may be "
+            "displaced, wavy or of another size, or touches may scatter more than on the "
+            "reference. u of the placement contains this difference"
         )
     if not alignment.errors.map_is_stated:
         found.append(
