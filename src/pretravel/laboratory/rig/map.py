@@ -38,8 +38,8 @@ def rig_map(
     Returns
     -------
     PretravelMap
-        Linear between the directions. The repeatability of each direction is independent, the
-        rest of the budget is common to all directions.
+        Linear between the directions, with what this misses as `fixed_scatter`. The repeatability
+        of each direction is independent, the rest of the budget is common to all directions.
 
     Raises
     ------
@@ -67,14 +67,17 @@ def rig_map(
     ]
     spread = calibration.repeatability
     known = math.isfinite(spread.value)
+    basis, means = TabulatedBasis(support), np.array([d.pretravel for d in directions])
+    covariance = Covariance.full(np.diag(variances) + common**2)
     return PretravelMap(
-        basis=TabulatedBasis(support),
-        coefficients=np.array([d.pretravel for d in directions]),
-        covariance=Covariance.full(np.diag(variances) + common**2),
+        basis=basis,
+        coefficients=means,
+        covariance=covariance,
         support=support,
         tip_radius=tip_radius,
         repeatability=spread.value if known else 0.0,
         repeatability_dof=spread.dof if known else math.inf,
+        fixed_scatter=basis.u_between_nodes(means, covariance),
         feed=float(np.mean([t.feed for t in calibration.touches])),
         provenance=Provenance(
             Origin.CALIBRATED,

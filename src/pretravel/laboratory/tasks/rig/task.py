@@ -395,14 +395,17 @@ class CalibratedRig(Result):
         from pretravel.laboratory.rig.budget import budget_doubts, repeatability_doubts
         from pretravel.laboratory.rig.scale import scale_doubts
         from pretravel.laboratory.rig.trace import notes_of_touches
+        from pretravel.maps import doubts_between
         from pretravel.touches import coarse_warnings
 
+        around = [d.azimuth for d in self.calibration.directions if d.across]
         return [
             *notes_of_touches(self.touches),
             *budget_doubts(self.components),
             *(() if self.checked is None else scale_doubts(self.checked)),
             *repeatability_doubts(self.calibration, self.components),
             *coarse_warnings(self.calibration.step),
+            *(() if self.task.map_file is None else doubts_between(around)),
         ]
 
     def document(self) -> Document:

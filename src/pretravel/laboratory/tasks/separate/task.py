@@ -264,14 +264,16 @@ class SeparatedErrors(Result):
     def document(self) -> Document:
         """The report, with what the laboratory states."""
         from pretravel.laboratory.tasks.separate.report import separation_document
+        from pretravel.maps import doubts_between
         from pretravel.task import with_laboratory
 
         task = self.task
+        between = doubts_between(self.separation.probe_azimuth) if task.map_file else ()
         report = separation_document(
             self.separation,
             readings_name=task.files[0].name,
             pairs=task.pair,
-            warnings=[*self.warnings, *task.statement_warnings()],
+            warnings=[*self.warnings, *between, *task.statement_warnings()],
         )
         return with_laboratory(report, self.statements)
 
