@@ -14,7 +14,7 @@ from pretravel.laboratory.rig.budget import (
     length_budget,
     own_repeatability,
     rig_sources,
-    step_of_ruler,
+    shared_by_directions,
 )
 from pretravel.laboratory.rig.calibration import RigCalibration
 from pretravel.maps import DirectionSupport, Origin, PretravelMap, Provenance, TabulatedBasis
@@ -55,9 +55,9 @@ def rig_map(
             "(rig_+Z_1)"
         )
     support = DirectionSupport(from_angles(np.array([d.polar for d in directions]), azimuths))
-    shared = (*rig_sources(components), *step_of_ruler(calibration))
+    shared = (*rig_sources(components), *shared_by_directions(calibration))
     common = length_budget(shared, abs(calibration.pretravel)).combined
-    own = [own_repeatability(calibration, d.count) for d in directions]
+    own = [own_repeatability(calibration, d) for d in directions]
     # What uses a map takes k = 2: of few repeats, that of Student's t is in the standard deviation.
     variances = [
         0.0
