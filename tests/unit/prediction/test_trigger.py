@@ -243,8 +243,8 @@ class TestTrigger:
 
     def test_a_stylus_too_thin_for_linear_bending(self, omp40: Probe) -> None:
         """Euler's load of a stem, π² E I / (4 L²): 0.5 mm thick and 38 mm long less than the
-        preload of 5.91 N, at which a touch along the axis triggers. Across the axis it bends by F L³ / (3 E
-        I), several millimetres."""
+        preload of 5.91 N, at which a touch along the axis triggers. Across the axis it bends by
+        F L³ / (3 E I), several millimetres."""
         stem = omp40.stylus[1]
         rigid = 413e3 * math.pi / 64.0
         for thick, doubted in ((0.5, True), (1.0, True), (1.5, False)):
