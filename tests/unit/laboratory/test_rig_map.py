@@ -18,7 +18,7 @@ from pretravel.laboratory.rig.map import rig_map
 from pretravel.laboratory.rig.rig_csv import rig_traces
 from pretravel.laboratory.rig.trace import RigTouch
 from pretravel.prediction.catalogue import load_probe
-from tests.support.commands import rows, run
+from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import EXAMPLES
 from tests.support.results import data_of
 from tests.support.statics_by_hand import direction
@@ -109,12 +109,17 @@ class TestEveryField:
         assert found.provenance.touches == "7 in 3 directions"
 
     def test_of_single_touches_of_a_false_start(self) -> None:
-        """A negative pretravel; nothing shows the repeatability."""
+        """A negative pretravel; nothing shows the repeatability but that of the budget, Ren's 0.055
+        and 0.060 µm: the map had none."""
         single = self._calibration({"p_000": [-1.0], "p_090": [-1.2]})
         found = rig_map(single, (LengthComponent("a", "B", 5e-5),), 1.5)
         assert found.coefficients == pytest.approx([-1e-3, -1.2e-3])
         assert found.covariance.matrix == pytest.approx(np.full((2, 2), 25e-10), rel=1e-9)
         assert (found.repeatability, found.repeatability_dof) == (0.0, math.inf)
+        of_ren = rig_map(single, REN_BUDGET, 1.5)
+        assert of_ren.repeatability == pytest.approx(1e-3 * math.hypot(0.055, 0.060))
+        own = of_ren.covariance.matrix[0, 0] - of_ren.covariance.matrix[0, 1]
+        assert own == pytest.approx(of_ren.repeatability**2)
 
     def test_needs_every_azimuth(self) -> None:
         with pytest.raises(PretravelError, match="must end in _AZIMUTH_REPEAT"):
@@ -185,7 +190,8 @@ def test_a_folder_drops_no_trace(tmp_path: Path) -> None:
 
 def test_rig_with_an_axis_writes_a_map(tmp_path: Path) -> None:
     out, map_file = tmp_path / "rig.csv", tmp_path / "map.json"
-    run("rig", _folder(tmp_path), "-o", out, "--map", map_file, "--tip-diameter", "6")
+    told = both_outputs("rig", _folder(tmp_path), "-o", out, "--map", map_file, "--tip-diameter", 6)
+    assert "directions of the map across the probe's axis: 3." in " ".join(told[1].split())
     table = {row["trace"]: row for row in rows(out)}
     assert (table["rig_Z_1"]["azimuth_deg"], table["rig_Z_1"]["polar_deg"]) == ("0", "0")
     assert table[TRACES[0].stem]["polar_deg"] == "90"

@@ -39,7 +39,8 @@ def rig_map(
     -------
     PretravelMap
         Linear between the directions, with what this misses as `fixed_scatter`. The repeatability
-        of each direction is independent, the rest of the budget is common to all directions.
+        of each direction is independent, that of the budget where none was measured; the rest of
+        the budget is common to all directions.
 
     Raises
     ------
@@ -58,12 +59,13 @@ def rig_map(
     shared = (*rig_sources(components), *shared_by_directions(calibration))
     common = length_budget(shared, abs(calibration.pretravel)).combined
     own = [own_repeatability(calibration, d) for d in directions]
+    stated = length_budget([c for c in components if c.repeatability], 0.0).combined
     # What uses a map takes k = 2: of few repeats, that of Student's t is in the standard deviation.
     variances = [
-        0.0
+        stated**2 / d.count
         if source is None
         else (coverage_factor(source.dof) / COVERAGE_FACTOR * source.constant) ** 2
-        for source in own
+        for d, source in zip(directions, own, strict=True)
     ]
     spread = calibration.repeatability
     known = math.isfinite(spread.value)
@@ -75,7 +77,7 @@ def rig_map(
         covariance=covariance,
         support=support,
         tip_radius=tip_radius,
-        repeatability=spread.value if known else 0.0,
+        repeatability=spread.value if known else stated,
         repeatability_dof=spread.dof if known else math.inf,
         fixed_scatter=basis.u_between_nodes(means, covariance),
         feed=float(np.mean([t.feed for t in calibration.touches])),

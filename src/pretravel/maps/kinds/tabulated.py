@@ -37,7 +37,7 @@ def doubts_between(azimuths: npt.ArrayLike) -> tuple[str, ...]:
     if around >= _SHOW_LOBES:
         return ()
     words = (
-        f"the map has {around} directions across the probe's axis: so few do not show the three "
+        f"directions of the map across the probe's axis: {around}. So few do not show the three "
         "lobes of a tripod, and between them the u of the map is too small. Touch "
         f"{_SHOW_LOBES} or more, better 16 or 24"
     )
