@@ -192,6 +192,7 @@ def test_rig_with_an_axis_writes_a_map(tmp_path: Path) -> None:
     out, map_file = tmp_path / "rig.csv", tmp_path / "map.json"
     told = both_outputs("rig", _folder(tmp_path), "-o", out, "--map", map_file, "--tip-diameter", 6)
     assert "directions of the map across the probe's axis: 3." in " ".join(told[1].split())
+    assert "takes the stated diameter of the tip as exact" in " ".join(told[0].split())
     table = {row["trace"]: row for row in rows(out)}
     assert (table["rig_Z_1"]["azimuth_deg"], table["rig_Z_1"]["polar_deg"]) == ("0", "0")
     assert table[TRACES[0].stem]["polar_deg"] == "90"

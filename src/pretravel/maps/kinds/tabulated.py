@@ -19,6 +19,11 @@ _OF_LEFT_OUT = 0.5
 _NEAR = 14  # nodes from which one left out is interpolated
 _TRIED = 200  # nodes at most
 _ON_SUPPORT = 1e-6
+TIP_AS_STATED = (
+    "the map takes the stated diameter of the tip as exact: its error, half of which shifts all "
+    "points alike, is not in U"
+)
+"""A note of maps of which touches did not determine the tip."""
 _SHOW_LOBES = 7  # directions around: six can all lie where three lobes have their mean
 
 

@@ -423,6 +423,7 @@ class CalibratedRig(Result):
     def with_warnings(self, warnings: Sequence[str] = ()) -> Document:
         """The report with warnings of the caller."""
         from pretravel.laboratory.tasks.rig.report import rig_document, with_scale_check
+        from pretravel.maps import TIP_AS_STATED
         from pretravel.task import with_laboratory
 
         stated = [*self.notes, *warnings]
@@ -430,6 +431,8 @@ class CalibratedRig(Result):
             self.calibration, self.budget, self.traces, warnings=stated, forces=self.forces
         )
         report = with_scale_check(report, self.checked)
+        if self.task.map_file is not None:
+            report = replace(report, notes=(*report.notes, TIP_AS_STATED))
         return with_laboratory(report, self.statements)
 
     def certificate(self, warnings: Sequence[str] = ()) -> Document:
