@@ -96,6 +96,7 @@ def test_the_probes_errors_as_a_map_take_them_off() -> None:
     expected = np.interp(0.1, AROUND, PROBE)
     assert made.pretravel(between)[0] == pytest.approx(UM * expected, abs=5e-6)
     assert made.repeatability == pytest.approx(1e-6, rel=0.3)
+    assert not made.provenance.level_known  # a probe that is identified from it has any mean
     missed = PROBE - 0.5 * (np.roll(PROBE, 1) + np.roll(PROBE, -1))  # each from its neighbours
     assert made.fixed_scatter == pytest.approx(0.5 * UM * np.sqrt(np.mean(missed**2)), rel=1e-3)
     with pytest.raises(PretravelError, match="needs the azimuths"):

@@ -78,5 +78,6 @@ def separation_map(
             "separated from the machine by a multi-step test",
             touches=f"{len(result.residuals)} readings in {count} directions",
             gauge="pretravel is about its mean, which is in the effective radius of the tip",
+            level_known=False,
         ),
     )
