@@ -98,7 +98,10 @@ def outlying_readings(design: MultiStepDesign, errors: FloatArray) -> list[Readi
         part = _part(design, np.flatnonzero(~suspected))
         if part is None:
             return []
-        distance, limits = _judged(design, part, errors, np.flatnonzero(~suspected))
+        judged = _judged(design, part, errors, np.flatnonzero(~suspected))
+        if judged is None:
+            return []
+        distance, limits = judged
         named = np.abs(distance) > limits
         if np.array_equal(named, suspected):
             break
@@ -126,13 +129,17 @@ def _first_suspects(design: MultiStepDesign, errors: FloatArray) -> BoolArray:
 
 def _judged(
     design: MultiStepDesign, part: MultiStepDesign, errors: FloatArray, rows: IntArray
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray] | None:
     """Distances of all readings from what a part of them predicts, and their limits. [mm]
+
+    None where the part is so small that it does not determine the scale of its own readings.
 
     The scales come from the part; the distribution of the noise comes from all readings, since
     without the largest ones its tails would seem light.
     """
     total = design.incidence @ squared_scales(part, errors[rows])
+    if not np.all(total[rows] > 0.0):
+        return None
     leverage = likelihood_information(design, total).leverage
     tails = noise_tails(design, errors, ReadingScale(total, leverage), gross=True)
     distance = _distances(

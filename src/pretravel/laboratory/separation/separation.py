@@ -50,6 +50,7 @@ _ESTIMATES = {
 COARSEST_READINGS = 5e-3
 """Coarser steps are refused: the errors of machine and probe are some micrometres. [mm]"""
 _FEWEST_DOF = 4.0
+_BY_CHANCE = 0.01
 _CLEARLY = 2.0
 """Ratio of squared residuals of both senses that is not chance: without errors of the probe it is
 near one, as far off as the root of 8 / dof."""
@@ -306,7 +307,8 @@ def separate(
         used = np.setdiff1d(used, [outlier.row for outlier in outliers])
         design = multi_step_design(rows_of_readings(readings, used))
         _check_dof(design)
-    result = _with_step(_separation(design, readings.errors[used], method, repeated), readings.step)
+    result = _beyond_repeats(_separation(design, readings.errors[used], method, repeated), design)
+    result = _with_step(result, readings.step)
     ratio = _sense_ratio(rows_of_readings(readings, used), float(np.sum(result.residuals**2)))
     return replace(
         result,
@@ -316,6 +318,39 @@ def separate(
         machine_azimuth=frozen(readings.azimuths_of(result.machines)),
         probe_azimuth=frozen(readings.azimuths_of(result.probes)),
         used=rows_of_readings(readings, used),
+    )
+
+
+def _beyond_repeats(found: Separation, design: MultiStepDesign) -> Separation:
+    """With what repeats of a pair do not reduce, where it is beyond chance (F test).
+
+    An orientation that is off, or a drift between passes, is the same in all repeats of a pair.
+    """
+    from scipy.special import fdtrc
+
+    pair = design.row * design.size + design.column
+    _, place, count = np.unique(pair, return_inverse=True, return_counts=True)
+    means = np.bincount(place, found.residuals) / count
+    between, repeats = len(count) - design.rank, len(pair) - len(count)
+    if between < 1 or repeats < 1:
+        return found
+    within = float(np.sum((found.residuals - means[place]) ** 2))
+    of_pairs = float(np.sum(count * means**2)) / between
+    if fdtrc(between, repeats, of_pairs * repeats / max(within, 1e-24)) > _BY_CHANCE:
+        return found
+    mean = float(np.sum(found.residuals**2)) / found.dof
+    larger = of_pairs / mean * (coverage_factor(between) / coverage_factor(found.dof)) ** 2
+    off = math.sqrt(of_pairs / float(np.mean(count)))
+    words = (
+        f"repeats of a pair scatter by {math.sqrt(within / repeats) / MICROMETRE:.2g} µm, their "
+        f"means lie {off / MICROMETRE:.2g} µm (rms) from what errors of the directions explain: "
+        "something differs from pair to pair that repeats do not show, such as an orientation that "
+        "is off or a drift. u of the errors contains it"
+    )
+    return replace(
+        found,
+        error_covariance=frozen(larger * found.error_covariance),
+        notes=(*found.notes, words),
     )
 
 
