@@ -364,8 +364,8 @@ class TestLeftOut:
         lost = found.with_outliers
         assert lost is not None
         u = [max(d.u_pretravel for d in c.directions) / UM for c in (lost, found)]
-        # Of the direction that was touched least: twice of four, and of each of the four.
-        assert u[0] == pytest.approx(lost.repeatability.value / math.sqrt(2.0) / UM)
+        # Of the direction that scatters its own repeats, 4 µm / √2 over √2; then of four touches.
+        assert u[0] == pytest.approx(2.0)
         s, r = (c.repeatability.value / UM for c in (lost, found))
         assert effect == (
             f"with them, repeatability would be {s:.3g} µm instead of {r:.3g} µm, u of a direction "
