@@ -519,6 +519,10 @@ def _notes(
         "the readings determine the variance of each pair of directions, but not the shares of "
         "machine and probe in it (the matrix of the variances is rank deficient by one). "
     )
+    of_errors += (
+        ". The machine's errors contain the form of the reference, which does not turn with the "
+        "probe; their u does not"
+    )
     notes = [of_errors, of_variances + _share_words(shares, variances)]
     if shares.negative:
         notes.append(
