@@ -29,7 +29,11 @@ from pretravel.laboratory.separation.multi_step_readings import (
     multi_step_design,
     weighted_residuals,
 )
-from pretravel.laboratory.separation.outliers import ReadingOutlier, outlying_readings
+from pretravel.laboratory.separation.outliers import (
+    ReadingOutlier,
+    enough_for_outliers,
+    outlying_readings,
+)
 from pretravel.laboratory.separation.variances import (
     equally_shared,
     least_squares_variances,
@@ -49,6 +53,10 @@ _ESTIMATES = {
 }
 COARSEST_READINGS = 5e-3
 """Coarser steps are refused: the errors of machine and probe are some micrometres. [mm]"""
+_NOT_SEARCHED = (
+    "gross errors were not searched: the readings are too few to distinguish them from noise. "
+    "Repeat readings, or add orientations"
+)
 _FEWEST_DOF = 4.0
 _BY_CHANCE = 0.01
 _CLEARLY = 2.0
@@ -301,6 +309,7 @@ def separate(
     design = multi_step_design(rows_of_readings(readings, used))
     check_connected(design)
     _check_dof(design)
+    searched = not search_outliers or enough_for_outliers(design)
     found = outlying_readings(design, readings.errors[used]) if search_outliers else []
     outliers = [replace(outlier, row=int(used[outlier.row])) for outlier in found]
     if outliers:
@@ -312,6 +321,7 @@ def separate(
     ratio = _sense_ratio(rows_of_readings(readings, used), float(np.sum(result.residuals**2)))
     return replace(
         result,
+        notes=(*result.notes, *(() if searched else (_NOT_SEARCHED,))),
         sense_ratio=ratio,
         outliers=tuple(outliers),
         excluded=tuple(int(row) for row in excluded),
