@@ -125,7 +125,7 @@ def test_a_plan_has_the_fewest_touches_that_reach_the_uncertainties(
 @pytest.mark.parametrize(("directions", "u_error"), [(6, 0.3e-3), (8, 0.25e-3)])
 def test_touches_of_a_plan_are_separated(directions: int, u_error: float) -> None:
     """Circles take three numbers of each setup: three orientations, one touch each, were planned,
-    and then refused. Of so few readings of noise none is named; without repeats none is searched."""
+    and refused. Of so few readings of noise none is named; without repeats none is searched."""
     plan = plan_separation(directions, 0.16e-6, u_error=u_error)
     azimuth = 2.0 * np.pi / directions * (plan.pairs()[0] - 1)
     spindle = np.repeat(plan.steps, directions * plan.repeats) * 2.0 * np.pi / directions
