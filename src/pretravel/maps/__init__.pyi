@@ -26,7 +26,9 @@ from .kinds.harmonic import fit_harmonic as fit_harmonic
 from .kinds.mean import MeanBasis as MeanBasis
 from .kinds.sectors import SECTOR_NAMES as SECTOR_NAMES
 from .kinds.sectors import SectorBasis as SectorBasis
+from .kinds.tabulated import TIP_AS_STATED as TIP_AS_STATED
 from .kinds.tabulated import TabulatedBasis as TabulatedBasis
+from .kinds.tabulated import doubts_between as doubts_between
 from .kinds.wozniak import WozniakBasis as WozniakBasis
 from .machine_terms import TERMS as TERMS
 from .machine_terms import WIDE as WIDE

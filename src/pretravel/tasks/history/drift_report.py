@@ -213,16 +213,31 @@ def _over(drift: DriftOverTime, time: float) -> bool:
 
 
 def _last_day_words(drift: DriftOverTime) -> str:
-    """That the last day alone is beyond the limit; empty where it is not."""
+    """That the last day, or an earlier one, alone is beyond the limit; empty where none is."""
     changed = drift.beyond_on_last_day()
     if changed is None:
-        return ""
+        return _one_day_words(drift)
     value = value_text(changed.values[-1], changed.unit, Digits(2, signed=True))
     u = value_text(changed.u[-1], changed.unit, decimals(2))
     return (
         f", but on the last day {changed.name} is {value} (u = {u}), and the change of the map is "
         f"above the limit of {value_text(drift.limit / MICROMETRE, 'µm')}: VERIFY AGAIN, and "
         "qualify if the change remains"
+    )
+
+
+def _one_day_words(drift: DriftOverTime) -> str:
+    """That one earlier day alone is beyond the limit; empty where none is."""
+    found = drift.beyond_on_one_day()
+    if found is None or any(one.course.kind == "random walk" for one in drift.last):
+        return ""
+    row, changed = found
+    value = value_text(changed.values[row], changed.unit, Digits(2, signed=True))
+    u = value_text(changed.u[row], changed.unit, decimals(2))
+    return (
+        f", but on {_date(drift.moments[row])} alone {changed.name} was {value} (u = {u}), and the "
+        f"change of the map above the limit of {value_text(drift.limit / MICROMETRE, 'µm')}: what "
+        "was measured then may be wrong"
     )
 
 
