@@ -139,8 +139,9 @@ class ScatterOnPart:
         said = []
         if self.repeats.exceeds(self.dof_of_map):
             said.append(
-                f"touches at the same place scatter by {_um(self.repeats.deviation)} µm, those "
-                f"of the map by {_um(self.repeats.of_map)} µm: u of the points contains the larger scatter"
+                f"touches at the same place scatter by {_um(self.repeats.deviation)} µm, those of "
+                f"the map by {_um(self.repeats.of_map)} µm: u of the points contains the larger "
+                "scatter"
             )
         if self.faces.exceeds(self.dof_of_map, _LARGER_ON_A_FACE):
             said.append(
