@@ -36,7 +36,7 @@ SIZES = {"A": (60.0, 40.0), "B": (60.0, 20.0), "C": (40.0, 20.0)}
 RADIUS, DEPTH, CENTRE = 8.0, 16.0, np.array([30.0, 20.0])
 NOISE, U_RADIUS, U_MAP = 0.0004, 0.0003, 0.0003
 """Standard deviations: of a touch, of the tip's radius, of each of two terms of a map. [mm]"""
-U_MACHINE = 1e-6
+U_MACHINE = 0.01e-3
 SEEN = 4.0 * NOISE
 """A form that errors do not hide. [mm]"""
 DENSE = 2000

@@ -110,17 +110,17 @@ class PointErrors:
 
     def scattering(self, seen: ScatterOnPart) -> PointErrors:
         """With the scatter of repeated places of the part, where it is larger."""
-        if seen.of_touch is None:
+        if seen.larger is None:
             return self
         if self.separated:
-            larger = seen.repeats.squares / seen.repeats.expected
-            by_source = {name: larger * variance for name, variance in self.separated.items()}
+            more = seen.larger.squares / seen.larger.expected
+            by_source = {name: more * variance for name, variance in self.separated.items()}
             return replace(self, separated=by_source)
-        own = seen.of_touch**2 - self.pretravel_map.fixed_scatter**2
+        own = seen.larger.deviation**2 - self.pretravel_map.fixed_scatter**2
         wider = replace(
             self.pretravel_map,
             repeatability=math.sqrt(max(own, self.pretravel_map.repeatability**2)),
-            repeatability_dof=seen.repeats.dof,
+            repeatability_dof=seen.larger.dof,
         )
         return replace(self, pretravel_map=wider)
 

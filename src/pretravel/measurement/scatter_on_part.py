@@ -96,10 +96,24 @@ class ScatterOnPart:
     dof_of_map: float = 0.0
 
     @property
+    def larger(self) -> ScatterSums | None:
+        """Of the repeats, where they scatter more than the touches of the map.
+
+        Where the map knows its scatter from fewer touches, both together, if that is more: what is
+        no more than chance then is so because the map knows it poorly.
+        """
+        seen, known = self.repeats, self.dof_of_map
+        if seen.exceeds(known):
+            return seen
+        if not (0.0 < known < seen.dof and seen.squares > seen.expected > 0.0):
+            return None
+        of_map = known * seen.of_map**2
+        return seen.joined(ScatterSums(of_map, of_map, known))
+
+    @property
     def of_touch(self) -> float | None:
-        """Standard deviation of repeats, where it is larger than that of the map. [mm]"""
-        seen = self.repeats.exceeds(self.dof_of_map)
-        return self.repeats.deviation if seen else None
+        """Standard deviation of a touch, where repeats show a larger one than the map. [mm]"""
+        return None if self.larger is None else self.larger.deviation
 
     def with_faces(
         self, positions: FloatArray, normals: FloatArray, expected: FloatArray
@@ -110,8 +124,8 @@ class ScatterOnPart:
         """
         if not _comparable(expected):
             return self
-        if self.of_touch is not None:
-            expected = expected * (self.repeats.squares / self.repeats.expected)
+        if self.larger is not None:
+            expected = expected * (self.larger.squares / self.larger.expected)
         return replace(self, faces=_of_faces(positions, normals, expected))
 
     def joined(self, other: ScatterOnPart) -> ScatterOnPart:
@@ -123,10 +137,11 @@ class ScatterOnPart:
     def sentences(self) -> list[str]:
         """What to know before the points are used, as warnings."""
         said = []
-        if self.of_touch is not None:
+        if self.repeats.exceeds(self.dof_of_map):
             said.append(
-                f"touches at the same place scatter by {_um(self.of_touch)} µm, those of the map "
-                f"by {_um(self.repeats.of_map)} µm: u of the points contains the larger scatter"
+                f"touches at the same place scatter by {_um(self.repeats.deviation)} µm, those of "
+                f"the map by {_um(self.repeats.of_map)} µm: u of the points contains the larger "
+                "scatter"
             )
         if self.faces.exceeds(self.dof_of_map, _LARGER_ON_A_FACE):
             said.append(

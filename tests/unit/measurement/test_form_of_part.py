@@ -234,7 +234,7 @@ def test_a_plane_through_three_touches_has_a_usual_form() -> None:
     assert UNSEEN / np.sqrt(3.0) < plane.quantity("z").parts[FORM_OF_PART] < 2.5 * UNSEEN
 
 
-@pytest.mark.parametrize("kind", ["circle", "plane", "cylinder", "line"])
+@pytest.mark.parametrize("kind", ["circle", "plane", "cylinder", "line", "slot"])
 def test_shapes_leave_the_whole_surface_where_it_is(kind: str) -> None:
     """Densely touched, the feature of least squares moves by no shape, whose mean square is 1."""
     n = 60
@@ -243,6 +243,7 @@ def test_shapes_leave_the_whole_surface_where_it_is(kind: str) -> None:
     points = {
         "circle": 10.0 * around(n)[0],
         "plane": np.column_stack([grid, 0.0 * grid[:, 0]]),
+        "slot": np.vstack([np.insert(grid, 1, side, axis=1) for side in (-4.0, 4.0)]),
         "line": np.column_stack([np.linspace(-1.0, 1.0, n), np.zeros(n), np.zeros(n)]),
         "cylinder": np.column_stack(
             [
@@ -252,13 +253,26 @@ def test_shapes_leave_the_whole_surface_where_it_is(kind: str) -> None:
             ]
         ),
     }[kind]
-    axis = np.array([0.0, 1.0, 0.0]) if kind == "line" else Z
+    axis = np.array([0.0, 1.0, 0.0]) if kind in ("line", "slot") else Z
     found = associate(kind, points, axis=axis)
     for family in families_of(kind, found):
         moved = found.residual_change(family.columns.T) - family.columns.T
         # The ends of a grid count half of a step too much.
         assert np.abs(moved).max() < 0.2, family.name
         assert np.mean(np.sum(family.columns**2, axis=1)) == pytest.approx(1.0, rel=0.2)
+
+
+def test_bows_of_both_sides_of_a_slot_are_in_u() -> None:
+    """c P2(x) leaves a whole side where it is, and moves it by c / 2 at three steps: U was 5 µm."""
+    x, z = (each.ravel() for each in np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]))
+    bow = 6.0 * UM * 0.5 * (3.0 * x**2 - 1.0)
+    sides = [
+        np.column_stack([20.0 * x, y + off, 10.0 * z]) for y, off in ((4.0, bow), (-4.0, -bow))
+    ]
+    inward = np.repeat([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]], 9, axis=0)
+    width = measure_feature(feature_points(np.vstack(sides), inward), "slot").quantity("width")
+    assert width.value - 8.0 == pytest.approx(6.0 * UM, abs=0.01 * UM)
+    assert width.expanded_u > 6.0 * UM
 
 
 @pytest.mark.parametrize("count", [4, 5, 12])

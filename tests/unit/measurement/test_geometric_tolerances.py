@@ -164,6 +164,23 @@ class TestInClosedForm:
         found = _result(placed, "h1 h2 h3", "position", 0.1, "")
         assert found.quantity.value == pytest.approx(0.04, abs=1e-5)
 
+    @pytest.mark.parametrize("datum", ["", "h1"])
+    def test_circles_at_nearly_one_height_are_not_turned_over(self, datum: str) -> None:
+        """Heights that differ by 2 to 6 µm: turns of the frame by a radian took up 10 to 40 µm."""
+        placed = {}
+        for name, at, height in (
+            ("h1", (10.0, 10.0), 0.006), ("h2", (50.0, 10.0), -0.004), ("h3", (30.0, 29.96), 0.002)
+        ):  # fmt: skip
+            there = 4.0 * OUTWARD + np.array([*at, height])
+            points = feature_points(there, -OUTWARD, shared={}, own=1e-6)
+            feature = measure_feature(points, "bore", axis=(0.0, 0.0, 1.0), label=name)
+            nominal = np.round([*at, 0.0])
+            placed[name] = PlacedFeature(feature, nominal, np.array([0.0, 0.0, 1.0]), 8.0)
+        # The best fit of the three bores above; about h1, only the distance from it remains.
+        apart = 2.0 * (np.hypot(20.0, 20.0) - np.hypot(20.0, 19.96))
+        found = _result(placed, "h3" if datum else "h1 h2 h3", "position", 0.1, datum)
+        assert found.quantity.value == pytest.approx(apart if datum else 0.04, abs=1e-5)
+
     def test_maximum_material(self) -> None:
         """8.02 mm is 0.07 above the maximum material size of 7.95, and 0.03 below the least."""
         placed = _measured(_block(h1=_cylinder((10.03, 10.04), 4.01)))

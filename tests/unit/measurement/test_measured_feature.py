@@ -75,6 +75,23 @@ class TestCircleInClosedForm:
         assert parts["tip radius"] == pytest.approx(2.0 * TIP * np.cos(np.pi / 6), rel=1e-9)
 
 
+@pytest.mark.parametrize("half_angle", [0.0, 15.0])
+def test_normals_say_which_of_several_cylinders_or_cones_was_touched(half_angle: float) -> None:
+    """Three touches at each of two heights, turned by 60°: the diameter was 1 to 7 mm off."""
+    slope = np.radians(half_angle)
+    for height in (6.0, 8.0, 12.0):
+        turn = np.pi * np.arange(6) / 3.0 + 0.2
+        up = height * np.resize([1.0, -1.0], 6)
+        outward = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+        z = np.array(Z)
+        normals = np.cos(slope) * outward - np.sin(slope) * z
+        off = np.random.default_rng(3).normal(0.0, 2e-3, 6)
+        at = (10.0 + up * np.tan(slope) + off)[:, None] * outward + up[:, None] * z
+        kind = "cone" if half_angle else "cylinder"
+        found = measure_feature(feature_points(at, normals), kind, at=(0.0, 0.0, 0.0))
+        assert found.quantity("diameter").value == pytest.approx(20.0, abs=8e-3)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_feature_is_as_uncertain_as_it_moves_with_its_points(kind: str) -> None:
     """Each point moved by 1 µm along its normal, the feature found again: the changes of every

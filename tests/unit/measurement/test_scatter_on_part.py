@@ -107,6 +107,22 @@ def test_parts_of_a_table_show_it_together() -> None:
     assert many.of_touch == pytest.approx(few.repeats.deviation)
 
 
+def test_a_map_of_few_touches_knows_its_scatter_less_well_than_the_part() -> None:
+    """s² of 7 and of 12 degrees of freedom together, where 12 show twice the scatter by chance."""
+    few = ScatterOnPart(ScatterSums(12 * 4e-6, 12 * 1e-6, 12.0), dof_of_map=7.0)
+    assert few.of_touch == pytest.approx(1e-3 * np.sqrt((7 * 1.0 + 12 * 4.0) / 19))
+    assert not few.sentences()  # F(12, 7) exceeds 4 in one of 30
+    assert replace(few, dof_of_map=13.0).of_touch is None
+    assert replace(few, repeats=ScatterSums(12 * 0.9e-6, 12 * 1e-6, 12.0)).of_touch is None
+    # Four places four times, off by 0.6 µm · (1, -1, 1, -1): dof 12, s = 0.69 µm.
+    normals = np.repeat(fibonacci_cap(4, 1.4), 4, axis=0)
+    at = 50.0 * normals + (2.99 + 0.6e-3 * np.resize([1.0, -1.0], 16))[:, None] * normals
+    u = apply(Touches(at, normals), replace(MAP, repeatability_dof=7.0)).standard_uncertainty
+    whole = np.sqrt((7 * OF_MAP**2 + 16 * 0.6e-3**2) / 19)
+    others = apply(Touches(at, normals), replace(MAP, repeatability=0.0)).standard_uncertainty
+    assert u == pytest.approx(np.hypot(whole, others), rel=0.01)
+
+
 def _pairs(rng: np.random.Generator, count: int = 12) -> tuple[np.ndarray, np.ndarray]:
     """Normals of places that are touched twice, and errors with the scatter of the part."""
     normals = np.repeat(fibonacci_cap(count, 1.4), 2, axis=0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,7 +22,7 @@ _LEAST_SHAPE = 1e-3  # variance of a shape that is kept, in relation to the larg
 
 
 def families_of(kind: str, found: Association) -> tuple[Family, ...]:
-    """The families of a feature's form; none of spheres, tori and slots.
+    """The families of a feature's form; none of spheres and tori.
 
     Parameters
     ----------
@@ -31,8 +32,8 @@ def families_of(kind: str, found: Association) -> tuple[Family, ...]:
     Returns
     -------
     tuple of Family
-        Lobes of round features, bows and twists of planes and lines. They are at right angles to
-        what the whole surface would add to size, place and direction.
+        Lobes of round features, bows and twists of planes, lines and both sides of slots. They are
+        at right angles to what the whole surface would add to size, place and direction.
 
     >>> from pretravel.measurement.association import associate
     >>> angle = np.arange(8) * np.pi / 4
@@ -44,7 +45,7 @@ def families_of(kind: str, found: Association) -> tuple[Family, ...]:
         return _round(kind, found)
     if kind in ("plane", "line"):
         return _flat(kind, found)
-    return ()
+    return _both_sides(found) if kind == "slot" else ()
 
 
 def _round(kind: str, found: Association) -> tuple[Family, ...]:
@@ -63,7 +64,10 @@ def _round(kind: str, found: Association) -> tuple[Family, ...]:
         return tuple(lobes)
     bow = np.sqrt(5.0) * 0.5 * (3.0 * height**2 - 1.0)
     waves = np.column_stack([np.ones(len(turn)), np.cos(turn), np.sin(turn)])
-    return (*lobes, Family("bow along the axis", bow * waves / np.sqrt(2.0), 0.5))
+    lobes.append(Family("bow along the axis", bow * waves / np.sqrt(2.0), 0.5))
+    if kind == "cylinder":  # of a cone it is another angle
+        lobes.append(Family("taper", np.sqrt(3.0) * height, 0.5))
+    return tuple(lobes)
 
 
 def _flat(kind: str, found: Association) -> tuple[Family, ...]:
@@ -71,12 +75,35 @@ def _flat(kind: str, found: Association) -> tuple[Family, ...]:
     if kind == "line":
         along = [_to_unit(found.points @ found.direction)]
     else:
-        middle = found.points - found.points.mean(axis=0)
-        axes = np.linalg.svd(middle @ across(found.direction).T, full_matrices=False)[2]
-        along = list(map(_to_unit, (middle @ across(found.direction).T @ axes.T).T))
+        along = _along_face(found.points, found.direction)
+    return _of_orders(along)
+
+
+def _of_orders(along: Sequence[FloatArray]) -> tuple[Family, ...]:
     names = {2: "bow and twist", 3: "wave of third order", 4: "wave of fourth order"}
     return tuple(
         Family(names[order], _polynomials(along, order, order), 1.0 / order) for order in _ORDERS
+    )
+
+
+def _along_face(points: FloatArray, normal: FloatArray) -> list[FloatArray]:
+    """Places along the longer and the shorter side of a plane, from -1 to 1."""
+    middle = (points - points.mean(axis=0)) @ across(normal).T
+    axes = np.linalg.svd(middle, full_matrices=False)[2]
+    return list(map(_to_unit, (middle @ axes.T).T))
+
+
+def _both_sides(found: Association) -> tuple[Family, ...]:
+    """Sides that are not parallel, and the shapes of each side, independent of the other."""
+    assert found.direction is not None
+    upper = (found.outward @ found.direction > 0.0)[:, None]
+    along = _along_face(found.points, found.direction)
+    return (
+        Family("sides that are not parallel", np.sqrt(1.5) * np.column_stack(along)),
+        *(
+            replace(each, columns=np.hstack([upper * each.columns, ~upper * each.columns]))
+            for each in _of_orders(along)
+        ),
     )
 
 

@@ -395,6 +395,8 @@ def measure_feature(
         axis = _unless_zero(np.asarray(points.normals.mean(axis=0)))
     if kind == "slot" and not plain and axis is None:
         axis = np.linalg.svd(points.normals, full_matrices=False)[2][0]
+    if kind in ("cylinder", "cone") and not plain and axis is None:
+        axis = _axis_of_normals(points.normals, kind)
     if kind == BARE_SURFACE:
         if plain:
             raise PretravelError("the points of a surface need their normals: align writes them")
@@ -482,6 +484,18 @@ def position_and_uncertainty(located: FloatArray, covariance: FloatArray) -> tup
 
 def _unless_zero(vector: FloatArray) -> FloatArray | None:
     return vector if np.linalg.norm(vector) > _TANGENTIAL else None
+
+
+def _axis_of_normals(normals: FloatArray, kind: str) -> FloatArray | None:
+    """The axis to which the normals are at one angle; None where they do not show it.
+
+    A few touches lie on several cylinders: six at two heights, turned by 60°, on two more.
+    """
+    left = normals if kind == "cylinder" else normals - normals.mean(axis=0)
+    _, size, axes = np.linalg.svd(left, full_matrices=False)
+    if len(size) < 3 or size[1] < _TANGENTIAL * size[0]:
+        return None
+    return np.asarray(axes[2] * np.sign(axes[2][np.argmax(np.abs(axes[2]))]))
 
 
 NORMALS_OFF = 1.0 * DEGREE

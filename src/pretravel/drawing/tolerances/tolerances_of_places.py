@@ -39,6 +39,9 @@ from pretravel.drawing.tolerances.tolerance_frame import (
 )
 from pretravel.uncertainty import across
 
+_SAME_AXIS = math.cos(math.radians(1.0))
+_NO_TURN = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class _Places:
@@ -83,7 +86,9 @@ def decided_places(
     -------
     GeometricResult
     """
-    frames = [frame_of(placed, tolerance, groups) for placed in features]
+    frames = _about_stated_axes(
+        features, [frame_of(placed, tolerance, groups) for placed in features]
+    )
     places, located, remarks = _fitted_places(features, frames, tolerance, groups)
     bonus, size_row, most_bonus = _bonus(features, tolerance)
     terms = _terms(features, frames[0].system, places, size_row)
@@ -117,6 +122,30 @@ def decided_places(
         places.free.shape[1],
         (*remarks, *frames[0].system.remarks),
     )
+
+
+def _about_stated_axes(features: Sequence[PlacedFeature], frames: list[Frame]) -> list[Frame]:
+    """The frames, free to turn about the axis of circles alone, if all have the same.
+
+    Touches at one height do not show an axis: it is stated. A turn across it would move circles of
+    nearly the same height sideways by their small differences in height, as far as one likes.
+    """
+    axes = [
+        frame.direction
+        for placed, frame in zip(features, frames, strict=True)
+        if frame.direction is not None
+        and placed.feature.association.direction is not None
+        and placed.feature.association.direction_rows is None
+    ]
+    system = frames[0].system
+    if len(axes) < len(features) or min(abs(axis @ axes[0]) for axis in axes) < _SAME_AXIS:
+        return frames
+    _, size, rows = np.linalg.svd(across(axes[0]) @ system.free[3:])
+    turning = int(np.sum(size > _NO_TURN))
+    if turning == 0:
+        return frames
+    system = replace(system, free=system.free @ rows[turning:].T)
+    return [replace(frame, system=system) for frame in frames]
 
 
 def _fitted_places(
