@@ -199,7 +199,7 @@ def _of_one_state(
         level = level_change(observation.values, observation.directions, observation.groups)
         if level is not None:
             warnings.append(_level_warning(level, len(order)))
-            half_way = level[1] * ((order >= level[0]) - 0.5)
+            half_way = level[1] * (np.asarray(order >= level[0], dtype=np.float64) - 0.5)
             changed, apart = changed + half_way, math.hypot(apart, 0.5 * level[1])
             observation = _changed(observation, half_way)
     return observation, changed, apart, first, warnings
