@@ -69,6 +69,7 @@ from .spindle_orientation import SAME_ORIENTATION as SAME_ORIENTATION
 from .spindle_orientation import axis_note as axis_note
 from .spindle_orientation import error_of_a_turn as error_of_a_turn
 from .spindle_orientation import is_reversal as is_reversal
+from .spindle_orientation import of_means as of_means
 from .spindle_orientation import one_word as one_word
 from .spindle_orientation import orientation_note as orientation_note
 from .spindle_orientation import orientation_of as orientation_of
