@@ -158,6 +158,12 @@ class MachineTerms:
         if not all(np.isfinite(part).all() for part in (self.values, self.root, self.origin)):
             raise PretravelError("terms of a machine must be finite")
 
+    @property
+    def absent(self) -> tuple[str, ...]:
+        """Scales and squarenesses that neither touches nor a statement determined."""
+        known = (self.values != 0.0) | np.any(self.root != 0.0, axis=1)
+        return tuple(name for name, there in zip(TERMS[:6], known[:6], strict=True) if not there)
+
     def seen_from(self, part: Placement) -> MachineTerms:
         """The same terms for touches in the frame of a part."""
         return replace(self, placement=part)

@@ -329,6 +329,12 @@ class TouchSummary:
                 "radius (and a given repeatability), not the difference between the described "
                 "probe and yours"
             )
+        absent = () if pretravel_map.machine is None else pretravel_map.machine.absent
+        if absent:
+            warnings.append(
+                f"the touches of this map did not determine the machine's {', '.join(absent)}: "
+                "lengths contain this error, and u does not"
+            )
         warnings += self.conditions(pretravel_map)
         obliqueness = math.acos(min(self.least_closing, 1.0))
         measured = pretravel_map.repeatability > 0.0 and pretravel_map.delay is None

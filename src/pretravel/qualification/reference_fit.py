@@ -44,9 +44,9 @@ from pretravel.qualification.references import Reference
 from pretravel.touches import Touches
 from pretravel.uncertainty import coverage_factor
 
-_WEAKER, _OPEN = 10.0, 1.1
+_WEAKER, _OPEN = 10.0, 1.5
 """Where what says nothing in advance says ten times less, the uncertainty of a quantity that the
-touches determine stays as it is; one that grows by more than a tenth is not determined."""
+touches determine hardly grows; one that grows by more than a half is not determined."""
 _NAMED = 0.25
 """Share of the largest part of a combination that names a quantity."""
 _FEWEST_FREE = 3.0
