@@ -198,7 +198,7 @@ def test_a_part_without_scales_names_nothing(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_readings_of_which_most_agree_are_no_traceback() -> None:
-    """Weights of no size left a singular matrix, a scale below zero a logarithm that is no number."""
+    """Weights of no size left a singular matrix, a scale below zero a logarithm without a value."""
     i, j = np.divmod(np.arange(36), 6)
     errors = UM * np.random.default_rng(4).standard_normal(36)
     design = multi_step_design(MultiStepReadings(i, j, errors))
