@@ -325,3 +325,31 @@ def test_of_rotations_that_fit_as_well_the_nearest_to_the_start_is_given(
     assert found.values[0] / DEGREE == pytest.approx(5.0, abs=2.0)
     listed = [each for each in found.unknown if "another description" in each]
     assert len(listed) >= 1
+
+
+def test_a_fit_that_runs_off_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a model gives up, as Hertz's ellipse does with balls of no size: its own message said
+    nothing of the fit. Of the description itself it does."""
+    probe = load_probe("omp40-2")
+    made = predicted_map(probe, predict(probe, NODES))
+    calls: list[int] = []
+
+    def at_first(*given: Any) -> Any:
+        calls.append(1)
+        if len(calls) > 1:
+            raise PretravelError("relative curvatures")
+        return predict(*given)
+
+    monkeypatch.setattr(probe_from_map, "predict", at_first)
+    monkeypatch.setattr(probe_from_map._MapFit, "described", _impossible)
+    with pytest.raises(
+        PretravelError, match=r"the fit left the range .*no such probe.*; free fewer"
+    ):
+        identify(made, probe, ["preload"])
+    calls.append(1)
+    with pytest.raises(PretravelError, match=r"^relative curvatures$"):
+        identify(made, probe, ["preload"])
+
+
+def _impossible(*_: Any) -> Probe:
+    raise PretravelError("no such probe")

@@ -13,7 +13,11 @@ import pytest
 from scipy import stats
 
 from pretravel.laboratory.separation import outliers
-from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings, multi_step_design
+from pretravel.laboratory.separation.multi_step_readings import (
+    MultiStepReadings,
+    multi_step_design,
+    weighted_fit,
+)
 from pretravel.laboratory.separation.noise import TAILS, ReadingScale, noise_tails
 from pretravel.laboratory.separation.outliers import (
     ReadingOutlier,
@@ -191,6 +195,17 @@ def test_a_part_without_scales_names_nothing(monkeypatch: pytest.MonkeyPatch) ->
     design = multi_step_design(MultiStepReadings(i, j, errors))
     monkeypatch.setattr(outliers, "squared_scales", lambda *_: np.full(12, -1e-6))
     assert outlying_readings(design, errors) == []
+
+
+def test_readings_of_which_most_agree_are_no_traceback() -> None:
+    """Weights of no size left a singular matrix, a scale below zero a logarithm without a value."""
+    i, j = np.divmod(np.arange(36), 6)
+    errors = UM * np.random.default_rng(4).standard_normal(36)
+    design = multi_step_design(MultiStepReadings(i, j, errors))
+    assert np.isfinite(weighted_fit(design, errors, np.where(j == 2, 0.0, 1.0))).all()
+    squared = np.where(np.arange(36) < 3, -1e-7, 1e-6)
+    tails = noise_tails(design, errors, ReadingScale(squared, np.full(36, 11 / 36)), gross=True)
+    assert np.isfinite(tails.levels).all()
 
 
 def test_an_outlier_is_told_with_its_size() -> None:

@@ -212,6 +212,27 @@ def test_the_uncertainty_covers_lobes_at_unequal_steps() -> None:
     assert 0.5 < np.mean(squares) < 1.5
 
 
+def test_lobes_that_twelve_directions_show_are_no_scatter() -> None:
+    """Without repeats: three lobes of 2.5 µm and noise of 0.3 µm at equal steps, half a turn apart.
+    u of each coordinate is 0.3 µm √(2 / 12) / √2; the lobes made it ten times as large."""
+    rng, squares, turns = np.random.default_rng(5), [], np.array([0.0, math.pi])
+    azimuth = 2.0 * np.pi * np.arange(12) / 12.0
+    normals = _ring(azimuth)
+    for _ in range(20):
+        positions = []
+        for turn in turns:
+            off = 2.5 * np.cos(3.0 * (azimuth - turn)) + 0.3 * rng.standard_normal(12)
+            shift = OFFSET * np.exp(1j * turn)
+            positions.append(normals * (15.5 + UM * off)[:, None] - [shift.real, shift.imag, 0.0])
+        touches = Touches(np.vstack(positions), np.tile(normals, (2, 1)), spindle=turns.repeat(12))
+        x, y = check_tip_offset(touches, SPHERE).figures[:2]
+        assert x.u_test == pytest.approx(0.3 * UM / math.sqrt(12.0), rel=0.6)
+        for figure, true in ((x, OFFSET.real), (y, OFFSET.imag)):
+            squares.append(((figure.value - true) / (figure.u_test or 0.0)) ** 2)
+    # 40 squares with ten degrees of freedom: 1.25 ± 0.35.
+    assert 0.5 < np.mean(squares) < 2.3
+
+
 def test_no_offset_is_not_along_anything() -> None:
     """Touches on the axes: sums of ones and zeros, so that the offset is exactly zero."""
     normals = np.tile(np.vstack([np.eye(3)[:2], -np.eye(3)[:2]]), (2, 1))

@@ -142,11 +142,12 @@ def identify(
     refuse_other_probe(pretravel_map, probe)
     evidence = evidence_of(pretravel_map)
     fit = _MapFit(evidence, probe, tuple(numbers), model, forces)
+    fit.residuals(probe, fit.start())  # what the model cannot do with the description itself
     try:
         maxima = _maxima(fit, free)
         parameters, jacobian = maxima[0].parameters, maxima[0].jacobian
         fitted = fit.described(parameters)
-    except DescriptionError as error:
+    except PretravelError as error:
         raise PretravelError(
             f"the fit left the range of possible probes ({error}); free fewer numbers, or start "
             "from a description nearer to the probe",
@@ -399,7 +400,7 @@ class _MapFit:
         try:
             probe = self.described(parameters)
             of_map = self.white(self.residuals(probe, parameters))
-        except DescriptionError:
+        except PretravelError:
             return np.full(len(self.evidence.value) + count, _OUTSIDE)
         if self.forces is None:
             return of_map

@@ -372,7 +372,11 @@ def weighted_fit(design: MultiStepDesign, errors: FloatArray, weights: FloatArra
         right = design.columns.T @ (weights * errors)
     else:
         right = design.signs * direction_sums(design, weights * errors)
-    return np.asarray(np.linalg.solve(normal_matrix(design, weights), right))
+    matrix = normal_matrix(design, weights)
+    try:
+        return np.asarray(np.linalg.solve(matrix, right))
+    except np.linalg.LinAlgError:  # weights that differ by more than a number has digits
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0])
 
 
 def residuals_from(design: MultiStepDesign, errors: FloatArray, solution: FloatArray) -> FloatArray:

@@ -21,6 +21,7 @@ _GROSS_FROM, _GROSS_TO = 4.0, 50.0
 """Gross errors in scales of the noise: all magnitudes alike between these, fewer beyond."""
 _FIT_BESIDE_GROSS = 0.15  # least of `TAILS` with which the errors are fitted then
 _NORMAL_FACTOR = 1.4826  # standard deviation over median absolute deviation, normal distribution
+_LEAST_SCALE = 1e-3  # squared, of the mean
 _TAIL_ROUNDS, _GROSS_ROUNDS = 6, 12  # both converge
 
 
@@ -99,7 +100,9 @@ def noise_tails(
     -------
     NoiseTails
     """
-    own = scale.squared * np.maximum(1.0 - scale.leverage, 1e-6)
+    # Shrunk scales of few readings, most of which agree, can add up to less than zero.
+    squared_scale = np.maximum(scale.squared, _LEAST_SCALE * float(np.mean(np.abs(scale.squared))))
+    own = squared_scale * np.maximum(1.0 - scale.leverage, 1e-6)
     residuals = np.empty((len(TAILS), len(errors)))
     start = np.empty(len(TAILS))
     weights = 1.0 / scale.squared

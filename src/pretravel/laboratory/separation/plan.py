@@ -121,8 +121,8 @@ def touches_determine(directions: int, steps: tuple[int, ...], repeats: int) -> 
         return True
     machine, probe = turned_pairs(directions, steps)
     setup = np.repeat(np.arange(len(steps)), directions)
-    angles = np.asarray(2.0 * np.pi / directions * (machine - 1), dtype=np.float64)
-    circles = circles_of_setups(setup, angles)
+    azimuth = np.asarray(2.0 * np.pi / directions * (machine - 1), dtype=np.float64)
+    circles = circles_of_setups(setup, azimuth)
     try:
         readings = MultiStepReadings(machine, probe, np.zeros(len(machine)), circles=circles)
         return math.isfinite(direction_variance_uncertainty(readings, repeats))

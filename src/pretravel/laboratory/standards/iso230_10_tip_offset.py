@@ -35,6 +35,7 @@ _SAME_ORIENTATION = 0.01  # ° of the spindle
 _SAME_DIRECTION = 2.0 * DEGREE
 _RELEVANT, _BY_CHANCE = 1e-3, 0.05
 """Share of a variance that matters; probability of residuals beyond the repeats by chance."""
+_SHOW_LOBES, _LARGEST_CONDITION = 12, 10.0
 _FEWEST, _ENOUGH = 4, 8
 """Directions of a circle: with fewer than eight, lobes of three count as an offset."""
 
@@ -163,7 +164,8 @@ class _Circles:
         """Variance of a touch along its direction, and its degrees of freedom. [mm²]
 
         Of repeats where there are some; else of the residuals of the circles, which contain the
-        probe's lobes and the form of the reference too.
+        probe's lobes and the form of the reference too, less two and three lobes where the
+        directions determine these.
         """
         if self.runs > 1:
             outward = self.means - np.array([fit.center for fit in self.fits])[:, None]
@@ -171,8 +173,30 @@ class _Circles:
             off = np.sum((self.places - self.means[:, None]) * outward[:, None], axis=-1)
             dof = off.size - off.shape[0] * off.shape[2]
             return float(np.sum(off**2)) / dof, float(dof)
+        if self.show_lobes:
+            left = [
+                fit.residuals - (design := self.lobes(row)) @ np.linalg.pinv(design) @ fit.residuals
+                for row, fit in enumerate(self.fits)
+            ]
+            dof = sum(len(each) - 7 for each in left)
+            return sum(float(np.sum(each**2)) for each in left) / dof, float(dof)
         dof = sum(fit.dof for fit in self.fits)
         return sum(float(np.sum(fit.residuals**2)) for fit in self.fits) / dof, float(dof)
+
+    def lobes(self, row: int) -> FloatArray:
+        """Circle, two and three lobes at the directions of an orientation, (n, 7)."""
+        outward = self.means[row] - self.fits[row].center
+        azimuth = np.arctan2(outward[:, 1], outward[:, 0])
+        waves = [wave(order * azimuth) for order in (1, 2, 3) for wave in (np.cos, np.sin)]
+        return np.column_stack([*waves, np.ones(len(azimuth))])
+
+    @cached_property
+    def show_lobes(self) -> bool:
+        """Whether the directions determine lobes next to the circle."""
+        enough = self.places.shape[2] >= _SHOW_LOBES
+        return enough and all(
+            np.linalg.cond(self.lobes(row)) < _LARGEST_CONDITION for row in range(len(self.fits))
+        )
 
     @cached_property
     def offsets(self) -> FloatArray:
@@ -263,6 +287,7 @@ def _components(circles: _Circles, found: TipOffset) -> list[tuple[str, FloatArr
         sources.append(
             ("differences between the runs", beyond * np.eye(2), 2.0 * (circles.runs - 1))
         )
+    if circles.runs > 1 or circles.show_lobes:
         by_lobes = _by_lobes(circles, found, variance / circles.runs, dof)
         if float(np.trace(by_lobes)) > _RELEVANT * float(np.trace(by_touches)):
             sources.append(("lobes, at unequal steps", by_lobes, math.inf))
