@@ -36,6 +36,7 @@ def _plane(height: float, tilt: float = 0.0, side: float = 1.0) -> MeasuredFeatu
     [
         ((0.020, 0.018, -0.022), "9.0 to 11.0 µm less material"),  # triggers 10 µm late
         ((-0.020, -0.018, 0.022), "9.0 to 11.0 µm more material"),
+        ((2.000, 2.000, -2.001), "the radius of the tip"),
         ((0.020, 0.018, 0.022), ""),  # larger bores and a larger boss
         ((0.020, -0.004, -0.011), ""),  # each of its own
         ((0.003, 0.003, -0.003), ""),  # no more than U

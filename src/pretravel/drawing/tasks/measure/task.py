@@ -575,10 +575,10 @@ class Measure(LaboratoryReport):
                 kept, far = without_missed(mine, kinds_of(row.name, task), task.axis)
                 drawn.found[row.name] = inspected(row.name, kept, task)
             except PretravelError as error:
+                if not row.faces and far:
+                    raise PretravelError(f"{error} ({far[0]})", inputs=error.inputs) from None
                 if not row.faces:
-                    raise PretravelError(
-                        "; ".join([str(error), *far]), inputs=error.inputs
-                    ) from None
+                    raise
                 drawn.reasons[row.name] = str(error).removeprefix(f"{row.name}: ")
                 continue
             said += far
