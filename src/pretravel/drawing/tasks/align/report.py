@@ -261,6 +261,7 @@ def _warnings(alignment: Alignment) -> list[str]:
             "unexplained: faces may be displaced, wavy or of another size, or touches may scatter "
             "more than on the reference. u contains it"
         )
+    found += filter(None, [alignment.pretravel_left.sentence()])
     if not alignment.errors.map_is_stated:
         found.append(
             "u contains no errors of the pretravel: the map is a prediction, or there is none"
