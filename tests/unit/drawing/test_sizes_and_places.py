@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from pretravel import measure_drawing
 from pretravel.base import PretravelError
 from pretravel.drawing.features.measured_feature import MeasuredFeature, measure_feature
 from pretravel.drawing.tasks.measure.features_of_points import far_from_places, other_axes
+from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, DrawnRelation
 from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
 from pretravel.drawing.tolerances.sizes_alike import sizes_alike
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance, PlacedFeature
 from pretravel.drawing.tolerances.tolerances import FeatureTolerances, inspect_feature
+from pretravel.measurement import Points
 from tests.support.feature_points import around, feature_points
 
 OUTWARD, _ = around(8)
@@ -36,6 +41,7 @@ def _plane(height: float, tilt: float = 0.0, side: float = 1.0) -> MeasuredFeatu
     [
         ((0.020, 0.018, -0.022), "9.0 to 11.0 µm less material"),  # triggers 10 µm late
         ((-0.020, -0.018, 0.022), "9.0 to 11.0 µm more material"),
+        ((2.000, 2.000, -2.001), "the radius of the tip"),
         ((0.020, 0.018, 0.022), ""),  # larger bores and a larger boss
         ((0.020, -0.004, -0.011), ""),  # each of its own
         ((0.003, 0.003, -0.003), ""),  # no more than U
@@ -87,3 +93,36 @@ def test_a_zone_in_micrometres(zone: float, refused: bool) -> None:
             inspect_geometry([top], tolerance, datums, 0.95)
     else:
         inspect_geometry([top], tolerance, datums, 0.95)
+
+
+def _two_planes() -> Points:
+    """At heights of 0 and 20 mm."""
+    places = np.vstack([GRID, GRID + 20.0 * UP])
+    normals = np.vstack([-UP, UP])
+    return replace(feature_points(places, normals), labels=tuple("aaaaaabbbbbb"))
+
+
+@pytest.mark.parametrize(("limits", "said"), [("59.9..60.1", True), ("19.9..20.1", False)])
+def test_a_distance_far_from_its_limits(limits: str, said: bool) -> None:
+    drawing = Drawing(
+        (
+            DrawnFeature("plane", select="a", label="a"),
+            DrawnFeature("plane", select="b", label="b"),
+        ),
+        between=(DrawnRelation(("a", "b"), limits),),
+    )
+    told = " ".join(measure_drawing(_two_planes(), drawing).together[0].remarks)
+    assert ("39.900 mm outside its limits" in told) == said
+
+
+def test_a_fault_of_a_fit_names_the_point_that_is_far() -> None:
+    """A touch of another bore has the label of this one: the fit turns, and its normals are off."""
+    places, normals = np.vstack([10.0 * OUTWARD] * 2), np.vstack([-OUTWARD] * 2)
+    places[8:, 2] -= 8.0
+    places[15] += [36.0, 8.0, 0.0]
+    points = replace(feature_points(places, normals), labels=("a",) * 15 + ("b",))
+    drawing = Drawing((DrawnFeature("cylinder", select="*", label="bore", axis=(0.0, 0.0, 1.0)),))
+    with pytest.raises(
+        PretravelError, match=r"^bore: .*\(1 point is far from the cylinder .* b \("
+    ):
+        measure_drawing(points, drawing)

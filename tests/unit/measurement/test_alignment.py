@@ -29,6 +29,7 @@ from pretravel.surface.cad.part import Part
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import lobes
+from tests.support.lobed_map import lobed_map
 from tests.support.touched_bracket import (
     beside,
     bracket,
@@ -69,6 +70,21 @@ def test_placement_and_pretravel_are_solved_together(seed: int) -> None:
     assert not found.gross.any()
     plain = align(tips, part, radius_alone(made.tip_radius), start, extrapolate=True)
     assert _apart(part, plain.placement, placement) > 1.0 * UM
+
+
+@pytest.mark.parametrize(
+    ("turn", "said"), [(0.0, ""), (180.0, "was the spindle or the part turned")]
+)
+def test_bores_show_a_map_that_is_not_that_of_the_touches(turn: float, said: str) -> None:
+    rng, part = np.random.default_rng(3), bracket()
+    made = lobed_map(tip_radius=RADIUS)
+    points, normals, _ = random_targets(part, 90, rng, made.tip_radius)
+    placement = Placement()
+    about_z = Rotation.from_euler("z", turn, degrees=True).as_matrix()
+    tips = tip_centres(placement, points, normals, replace(made, rotation=about_z))
+    found = align(tips, part, made, placement, extrapolate=True)
+    told = found.pretravel_left.sentence()
+    assert (said in told) if said else told == ""
 
 
 @pytest.mark.parametrize("stated", [False, True])

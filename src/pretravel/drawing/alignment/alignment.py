@@ -20,14 +20,15 @@ from pretravel.base import (
     describe_axis,
     frozen,
 )
-from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART, FeatureErrors
+from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART, MAP, FeatureErrors
 from pretravel.maps import DirectionSupport, MeanBasis, PretravelMap
-from pretravel.measurement import FIXED_SCATTER, Association, Points
+from pretravel.measurement import FIXED_SCATTER, Association, Points, PretravelLeft
 from pretravel.surface import Feet, Part
 from pretravel.uncertainty import COVERAGE_FACTOR, Covariance, coverage_factor
 
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
 """The six motions of a part: shifts in mm, turns in rad."""
+_CURVED = 1e-6  # mm; pretravel over a plane face is one
 _SAME_MOTION = 1e-6  # of a motion's size: less is rounding
 _SEEN = 0.05  # least share of a touch's error in its residual: below, it determines a motion alone
 
@@ -118,6 +119,26 @@ class Alignment:
         """Root mean square of the residuals per degree of freedom; zero without any. [mm]"""
         dof = self.association.dof
         return math.sqrt(float(np.sum(self.association.residuals**2)) / dof) if dof > 0 else 0.0
+
+    @property
+    def pretravel_left(self) -> PretravelLeft:
+        """How far the residuals of curved faces follow the pretravel that was subtracted.
+
+        Each face can have a size of its own: residuals are compared within the faces.
+        """
+        rows, own = np.flatnonzero(self.used), self.association
+        pretravel, face = self.points.pretravel[rows], self.feet.face[rows]
+        faces = np.unique(face)
+        curved = [each for each in faces if np.ptp(pretravel[face == each]) > _CURVED]
+        some = np.isin(face, curved)
+        sizes = (face[some, None] == curved).astype(np.float64)
+        of_map = self.errors.shared.get(MAP)
+        return PretravelLeft.of(
+            own.residuals[some],
+            pretravel[some],
+            np.hstack([own.jacobian[some], sizes]),
+            None if of_map is None else of_map[:, some],
+        )
 
     @property
     def unchecked(self) -> IntArray:

@@ -13,6 +13,8 @@ from pretravel.drawing.tolerances.tolerances import InspectedFeature
 _FEWEST = 3
 _CHANCE = 0.005
 """That sizes with independent errors are off alike so much."""
+_OF_A_TIP = 0.1
+"""Distance along the normals that is not one of pretravel. [mm]"""
 _LEAST = 2.0 * MICROMETRE
 """Distance along the normals that a report speaks of. [mm]"""
 
@@ -47,13 +49,17 @@ def sizes_alike(features: Sequence[InspectedFeature]) -> list[str]:
         return []
     low, high = sorted((abs(values.min()), abs(values.max())))
     what = "less" if mean > 0.0 else "more"
+    said = (
+        f"{', '.join(missing)}: all surfaces, inner and outer, have {low / MICROMETRE:.1f} to "
+        f"{high / MICROMETRE:.1f} µm {what} material than in the middle of their limits"
+    )
+    if abs(mean) > _OF_A_TIP:
+        return [f"{said}: was the radius of the tip that was used subtracted, and only once?"]
     return [
         (
-            f"{', '.join(missing)}: all surfaces, inner and outer, have {low / MICROMETRE:.1f} to "
-            f"{high / MICROMETRE:.1f} µm {what} material than in the middle of their limits. One "
-            "cutter can have made them so. If not, the touches are not those of the map (another "
-            "stylus, feed or trigger delay), or the diameter of the reference is wrong: U does not "
-            "contain this"
+            f"{said}. One cutter can have made them so. If not, the touches are not those of the "
+            "map (another stylus, feed or trigger delay), or the diameter of the reference is "
+            "wrong: U does not contain this"
         )
     ]
 

@@ -261,6 +261,7 @@ def _warnings(alignment: Alignment) -> list[str]:
             "displaced, wavy or of another size, or touches may scatter more than on the "
             "reference. u of the placement contains this difference"
         )
+    found += filter(None, [alignment.pretravel_left.sentence()])
     if not alignment.errors.map_is_stated:
         found.append(
             "u contains no errors of the pretravel: the map is a prediction, or there is none"

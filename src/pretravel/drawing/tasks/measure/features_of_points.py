@@ -146,6 +146,15 @@ def distance_from_place(feature: MeasuredFeature, at: Sequence[float] | None) ->
     )
 
 
+def off_the_drawing(
+    found: Mapping[str, InspectedFeature], tasks: Mapping[str, StatedSettings]
+) -> list[str]:
+    """Which features lie, or are directed, otherwise than the drawing states them."""
+    features = {name: own.feature for name, own in found.items()}
+    said = far_from_places(features, {name: tasks[name].at for name in features})
+    return said + other_axes(features, {name: tasks[name].axis for name in features})
+
+
 def far_from_places(
     features: Mapping[str, MeasuredFeature], places: Mapping[str, Sequence[float] | None]
 ) -> list[str]:

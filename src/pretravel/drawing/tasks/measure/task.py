@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
@@ -540,12 +540,11 @@ class Measure(LaboratoryReport):
         from pretravel.drawing.tasks.measure.drawn_features import DrawnFeatures
         from pretravel.drawing.tasks.measure.features_of_points import (
             far_from_nominal,
-            far_from_places,
             inspected,
             kinds_of,
             nominals_of,
             of_no_feature,
-            other_axes,
+            off_the_drawing,
             points_at_targets,
         )
         from pretravel.drawing.tasks.measure.missed import without_missed
@@ -576,18 +575,14 @@ class Measure(LaboratoryReport):
                 drawn.found[row.name] = inspected(row.name, kept, task)
             except PretravelError as error:
                 if not row.faces:
-                    raise PretravelError(
-                        "; ".join([str(error), *far]), inputs=error.inputs
-                    ) from None
+                    raise _with_far_points(error, far) from None
                 drawn.reasons[row.name] = str(error).removeprefix(f"{row.name}: ")
                 continue
             said += far
             nominals |= nominals_of([drawn.found[row.name]], task, row.nominal)
             said += far_from_nominal(drawn.found[row.name].feature, row)
         features, together = drawn.decide()
-        found = {name: own.feature for name, own in drawn.found.items()}
-        said += far_from_places(found, {name: wanted.tasks[name].at for name in found})
-        said += other_axes(found, {name: wanted.tasks[name].axis for name in found})
+        said += off_the_drawing(drawn.found, wanted.tasks)
         nominals |= {
             (", ".join(row.features), row.quantity): row.nominal
             for row in drawing.between if row.nominal is not None
@@ -812,6 +807,11 @@ def _result(
     return MeasuredFeatures(
         task, features, relations, together, 0 if all_proven else ANSWER, open=left_open
     )
+
+
+def _with_far_points(error: PretravelError, far: Sequence[str]) -> PretravelError:
+    """The fault of a fit, with the points that are far from the feature of the others."""
+    return PretravelError(f"{error} ({far[0]})", inputs=error.inputs) if far else error
 
 
 def _taken_for(tip_diameter: float | None) -> str:
