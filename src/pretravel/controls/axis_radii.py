@@ -107,8 +107,12 @@ def _radius(pretravel_map: PretravelMap, to: FloatArray, travel: float) -> dict[
     # An error of the delay is also in the map: both come from the same touches.
     by_delay = float(pretravel_map.change_by_delay(normal)[0])
     delay_part = by_delay + speed * pretravel_map.u_delay
+    # What repeats do not reduce is in each touch that the radius corrects.
     u_radius = np.sqrt(
-        max(float(u[0]) ** 2 - by_delay**2, 0.0) + delay_part**2 + pretravel_map.u_tip_radius**2
+        max(float(u[0]) ** 2 - by_delay**2, 0.0)
+        + delay_part**2
+        + pretravel_map.u_tip_radius**2
+        + pretravel_map.fixed_scatter**2
     )
     found: dict[str, Any] = {"normal": [round(value, 9) + 0.0 for value in normal[0].tolist()]}
     radius = pretravel_map.tip_radius - float(pretravel[0]) - travel

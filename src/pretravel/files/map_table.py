@@ -41,6 +41,8 @@ _CONSTANTS = (
 )  # fmt: skip
 _OF_PREDICTIONS = ("trigger_force_N", "sensing_distance_um", "seat", "remark")
 """Columns that a map does not need: those of a prediction (and share_…_um), and remarks."""
+_COARSE = 500
+"""Rows of a table up to which straight lines between them can miss lobes."""
 _LEAST = 0.05 * MICROMETRE
 """The largest pretravel of a table is more than this, except of one that is all zero. [mm]"""
 
@@ -106,6 +108,8 @@ def _grid_table(pretravel_map: PretravelMap) -> dict[str, npt.ArrayLike]:
 def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
     """A map from a table over directions, interpolated linearly.
 
+    What straight lines between few directions miss adds to the fixed scatter of a measured table.
+
     Parameters
     ----------
     path : Path
@@ -152,15 +156,19 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
         radius = 0.5 * tip_diameter
     delay_ms = _constant(table, "delay_ms")
     support = DirectionSupport(directions[keep])
+    basis, covariance = TabulatedBasis(support), Covariance.fully_shared(u[keep] ** 2)
+    coarse = origin is Origin.QUALIFIED and basis.size <= _COARSE
+    between = basis.u_between_nodes(value[keep], covariance) if coarse else 0.0
+    scatter = (_constant(table, "fixed_scatter_um") or 0.0) * MICROMETRE
     return PretravelMap(
-        basis=TabulatedBasis(support),
+        basis=basis,
         coefficients=value[keep],
-        covariance=Covariance.fully_shared(u[keep] ** 2),
+        covariance=covariance,
         support=support,
         tip_radius=radius,
         u_tip_radius=(_constant(table, "u_tip_radius_um") or 0.0) * MICROMETRE,
         repeatability=(_constant(table, "repeatability_um") or 0.0) * MICROMETRE,
-        fixed_scatter=(_constant(table, "fixed_scatter_um") or 0.0) * MICROMETRE,
+        fixed_scatter=math.hypot(scatter, between),
         rotation=_rotation(table),
         feed=feed,
         delay=None if delay_ms is None else delay_ms * 1e-3,

@@ -36,6 +36,8 @@ _FEWEST_TO_JUDGE = 5
 """Touches from which directions of travel are recognised."""
 _ALONG = 0.9
 """Cosine from which the tip's centre lies along a vector from the nominal point."""
+_SMALLEST_TIP = 0.1
+"""Radius of a tip, of which the smallest have 0.15. [mm]"""
 _FEWEST = 9
 """Touches from which a sphere can be fitted with some left to judge it."""
 _BADLY_SEEN = 20.0
@@ -133,6 +135,13 @@ def refuse_inward(
         return
     if np.mean(inward) < _MOST:
         return
+    if nominal is not None and (near := float(np.median(distance))) < _SMALLEST_TIP:
+        raise file.error(
+            f"the positions are {near:.3f} mm (median) from their nominal points, nearer than a "
+            "tip centre can be: the tip's radius was subtracted from them already. Give the "
+            "positions of the tip centre at the trigger, as the machine reports them",
+            columns.table.header_line or None,
+        )
     titles = columns.title(*NORMAL_ROLES)
     turned = ",".join(
         f"{role}=-{columns.titles[role].removeprefix('column ')}" for role in NORMAL_ROLES

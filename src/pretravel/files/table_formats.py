@@ -59,7 +59,7 @@ _COLUMNS = (
 
 CSV = FileFormat(
     name="csv",
-    what="table as text, of any usual form (.csv, .txt, .xyz, .asc)",
+    what="table as text (.csv, .txt, .xyz, .asc)",
     reads="touches, positions, targets",
     writes="touches, points, maps",
     needs="units, plan, where the table does not give units or normals",

@@ -123,6 +123,6 @@ def _certified_direction(
     direction: DirectionPerformance,
 ) -> CertifiedDirection:
     """The mean pretravel of a direction with U and k, for its number of touches."""
-    single = calibration_budget(calibration, components, direction.count)
+    single = calibration_budget(calibration, components, direction=direction)
     budget = length_budget(single, abs(direction.pretravel))
     return CertifiedDirection(direction, budget.expanded(), budget.coverage_factor())

@@ -23,6 +23,8 @@ ORDERS = (1, 3, 5)
 """Lobes that half of the difference is fitted with: the run-out is in the first."""
 _SAME_PLACE = 1.0
 """Touches of one target at both orientations are closer than that. [mm]"""
+_SAME_TARGET = 0.02
+"""Repeats of a target are closer than that. [mm]"""
 _SAME_NORMAL = math.cos(1.0 * DEGREE)
 _OPPOSITE = 1.0 * DEGREE
 _FEWEST = 8
@@ -45,7 +47,8 @@ class ReversedPairs:
     means : Touches
         A touch for each target, at no orientation.
     half_differences : (n,) float
-        Along the normals: reading at the first orientation less that at the other, halved. [mm]
+        Along the normals: reading at 0°, or at the orientation below 180°, less that at the
+        opposite one, halved. [mm]
     amplitudes, u : (3,) float
         Of the lobes of `ORDERS`, and their standard uncertainty; not numbers where too few
         directions were touched, and of a lobe that they do not distinguish from one before. [mm]
@@ -132,6 +135,7 @@ def reversed_touches(touches: Touches) -> ReversedPairs:
 
 
 def _orientations(touches: Touches) -> tuple[IntArray, IntArray]:
+    """Rows at the orientation from 0° to below 180°, and at the opposite one."""
     if touches.spindle is None:
         raise PretravelError(
             "the touches do not give the orientation of the spindle: a column spindle_deg is "
@@ -148,18 +152,23 @@ def _orientations(touches: Touches) -> tuple[IntArray, IntArray]:
             "that are 180° apart",
             inputs=("spindle",),
         )
-    return np.flatnonzero(at_first), np.flatnonzero(opposite)
+    turned = float(np.mod(touches.spindle[0] + _OPPOSITE, 2.0 * math.pi)) >= math.pi
+    found = np.flatnonzero(at_first), np.flatnonzero(opposite)
+    return found[::-1] if turned else found
 
 
 def _partners(touches: Touches, first: IntArray, second: IntArray) -> IntArray:
-    """The row at the other orientation of each touch: the nearest that is free."""
+    """The row at the other orientation of each touch: of the nearest that are free, the first.
+
+    The nearest of repeats alone would choose among their noise.
+    """
     free = np.ones(len(second), dtype=bool)
     found = []
     for row in first:
         apart = np.linalg.norm(touches.positions[second] - touches.positions[row], axis=1)
         alike = touches.normals[second] @ touches.normals[row] > _SAME_NORMAL
         apart[~(free & alike)] = math.inf
-        nearest = int(np.argmin(apart))
+        nearest = int(np.argmax(apart <= apart.min() + _SAME_TARGET))
         if not apart[nearest] < _SAME_PLACE:
             raise PretravelError(
                 f"{touches.where(int(row))} has no touch at the other orientation of the spindle "

@@ -26,7 +26,9 @@ from .kinds.harmonic import fit_harmonic as fit_harmonic
 from .kinds.mean import MeanBasis as MeanBasis
 from .kinds.sectors import SECTOR_NAMES as SECTOR_NAMES
 from .kinds.sectors import SectorBasis as SectorBasis
+from .kinds.tabulated import TIP_AS_STATED as TIP_AS_STATED
 from .kinds.tabulated import TabulatedBasis as TabulatedBasis
+from .kinds.tabulated import doubts_between as doubts_between
 from .kinds.wozniak import WozniakBasis as WozniakBasis
 from .machine_terms import TERMS as TERMS
 from .machine_terms import WIDE as WIDE
@@ -67,6 +69,7 @@ from .spindle_orientation import SAME_ORIENTATION as SAME_ORIENTATION
 from .spindle_orientation import axis_note as axis_note
 from .spindle_orientation import error_of_a_turn as error_of_a_turn
 from .spindle_orientation import is_reversal as is_reversal
+from .spindle_orientation import of_means as of_means
 from .spindle_orientation import one_word as one_word
 from .spindle_orientation import orientation_note as orientation_note
 from .spindle_orientation import orientation_of as orientation_of

@@ -42,6 +42,7 @@ _FEW_RESIDUALS = 8
 """Fewer of them can all be near zero by chance, or by the step of the positions: they are not scale
 of amplitudes that they do not show."""
 _EXACT = 1e-2  # um: scatter from which normal equations are exact enough
+_EXACT_SHARE = 1e-6  # of the variance of the map before the touches, of many touches: rounding
 _WIDEST = 1e5
 """Standard deviation of terms without a prior, so that one that no touch shows has a covariance,
 though none that says anything: four touches at one polar angle do not tell height from mean. Wider
@@ -264,7 +265,8 @@ def _posterior(
 def _touches_suffice(problem: RestrictedLikelihood, h: FloatArray) -> bool:
     """Whether equations for the mean touches are exact enough, and fewer than those for terms."""
     own = problem.own_variances(h, problem.count)
-    exact_enough = own.min() > _EXACT**2 and problem.free_is_determined
+    before = float(np.sum(problem.prior_variances(h))) * float(np.max(problem.count))
+    exact_enough = own.min() > max(_EXACT**2, _EXACT_SHARE * before) and problem.free_is_determined
     return bool(exact_enough and len(own) < _MANY_ROWS * problem.design.shape[1])
 
 

@@ -169,6 +169,9 @@ class KindOfMap(ABC):
     takes_axial_pretravel: ClassVar[bool] = False
     """Whether `centered` gives the map a pretravel at the pole that is assumed."""
 
+    takes_means: ClassVar[bool] = False
+    """Whether the kind follows means at two opposite orientations of the spindle."""
+
     fits_harmonics: ClassVar[bool] = False
     """Whether the fit is a harmonic regression, which finds outliers and noise itself."""
 

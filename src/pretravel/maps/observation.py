@@ -69,6 +69,8 @@ class Observation:
     step_scatter : float
         Standard deviation of a direction by the step of the positions: neither repeats nor
         residuals make it smaller. [mm]
+    of_means : bool
+        Of means at two opposite orientations of the spindle: lobes of odd order have cancelled.
     """
 
     positions: FloatArray
@@ -80,6 +82,7 @@ class Observation:
     tip_known: bool = True
     u_constant: float = 0.0
     step_scatter: float = 0.0
+    of_means: bool = False
 
     @property
     def axes(self) -> int:

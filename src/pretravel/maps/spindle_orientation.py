@@ -158,9 +158,14 @@ def is_reversal(orientation: str) -> bool:
     return orientation.casefold().endswith(REVERSAL)
 
 
+def of_means(touches: Touches) -> bool:
+    """Whether touches are means at two opposite orientations of the spindle."""
+    return is_reversal(one_word(touches, "orientation"))
+
+
 def _refuse_reversal(touches: Touches, pretravel_map: PretravelMap) -> None:
     """Refuse means with a map of single touches, which has odd lobes, and the other way round."""
-    mine = is_reversal(one_word(touches, "orientation"))
+    mine = of_means(touches)
     if mine == is_reversal(pretravel_map.provenance.orientation):
         return
     odd = "from means at two orientations of the spindle (pretravel reversal), without odd lobes"

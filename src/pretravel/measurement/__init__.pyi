@@ -33,6 +33,7 @@ from .points_summary import Moments as Moments
 from .points_summary import PointsSummary as PointsSummary
 from .points_summary import TouchSummary as TouchSummary
 from .points_summary import other_nominal_points as other_nominal_points
+from .pretravel_left import PretravelLeft as PretravelLeft
 from .scatter_on_part import places_of as places_of
 from .selection import named_feature as named_feature
 from .selection import points_of_features as points_of_features

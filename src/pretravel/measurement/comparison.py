@@ -162,13 +162,15 @@ def compare_corrections(
                 method,
                 where,
                 len(_finite(values)),
+                # As the file of the table says it: on a boundary of sectors a control uses either.
+                tables[method].largest
+                if where == "equator" and method in tables
                 # All directions contain the equator, which the spread ones miss by some degrees.
-                _largest(
+                else _largest(
                     values,
                     *([extreme[where]] if where in extreme else []),
                     *([off["equator"], extreme["equator"]] if where == "all" else []),
                 ),
-                # As the file of the table says it: on a boundary of sectors a control uses either.
                 tables[method].rms
                 if where == "equator" and method in tables
                 else float(np.sqrt(np.sum(_finite(values) ** 2) / max(len(_finite(values)), 1))),

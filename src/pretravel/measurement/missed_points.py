@@ -41,6 +41,8 @@ _INSIDE = 0.45
 """A point about the middle, in diameters inward, is one of a pattern of places."""
 _WIDE = 10.0
 """Diameter of a circle or sphere over the extent of its points, beyond which it is a plane."""
+_NARROWEST = 0.05
+"""Width over length of the points of a circle: an arc of 60° has 0.14."""
 _RECOGNISED = 500
 """More points are scans of surfaces."""
 
@@ -203,7 +205,8 @@ def _recognised(points: FloatArray) -> tuple[str, MissedPoints] | None:
     for across in (2, 0, 1):  # bores and bosses along an axis of the machine, at any heights
         flat = points.copy()
         flat[:, across] = 0.0
-        if _circle_passes_most(np.delete(points, across, axis=1)):
+        in_plane = np.delete(points, across, axis=1)
+        if _is_wide(in_plane) and _circle_passes_most(in_plane):
             trials.append(("circle", flat, np.eye(3)[across]))
     if not _shown("plane", points, None):
         trials = [("plane", points, None), *trials, ("sphere", points, None)]
@@ -219,6 +222,14 @@ def _recognised(points: FloatArray) -> tuple[str, MissedPoints] | None:
         if fit.diameter is None or min(missed.off) > -_INSIDE * fit.diameter:
             return kind, missed
     return None
+
+
+def _is_wide(points: FloatArray) -> bool:
+    """Whether points of a plane are no line, as those of a flat face seen along it: a circle passes
+    any two clusters of them.
+    """
+    size = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(size[-1] > _NARROWEST * size[0])
 
 
 def _circle_passes_most(points: FloatArray) -> bool:

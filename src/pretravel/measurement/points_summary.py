@@ -23,6 +23,8 @@ OBLIQUE = 10.0 * DEGREE
 """Approaches at a larger angle to the normal than this are warned about. [rad]"""
 FRICTION_APART = 0.2
 """Difference of friction that a report looks at: ruby on steel, and on dry aluminium."""
+_OTHER_NOMINAL = 1.0
+"""Root mean square that the deviations of a part are below. [mm]"""
 _SOME = 500
 """Points at which the effect of friction is computed."""
 
@@ -344,6 +346,12 @@ class TouchSummary:
                 "mm, do the normals point out of the part, is the nominal where the part is?"
             )
         elsewhere = "" if self.movement is None else self.movement.sentence()
+        if not elsewhere and self.movement is not None and self.movement.rms > _OTHER_NOMINAL:
+            elsewhere = (
+                f"the deviations are {self.movement.rms:.3g} mm (root mean square), and no "
+                "movement of the part explains them: are the nominal points those of these "
+                "touches, in mm and in their frame, and do all normals point out of the part?"
+            )
         stated = (elsewhere, gross_points_sentence(self.gross))
         return [*warnings, *self.scatter.sentences(), *(said for said in stated if said)]
 

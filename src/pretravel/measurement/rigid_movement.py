@@ -62,6 +62,11 @@ class MovementSums:
             self.count + other.count, self.place + other.place, self.squares + other.squares
         )
 
+    @property
+    def rms(self) -> float:
+        """Root mean square of the deviations. [mm]"""
+        return float(np.sqrt(self.squares[6, 6] / self.count))
+
     def sentence(self) -> str:
         """That the part lies elsewhere, where that explains most of the deviations; else empty.
 
@@ -71,7 +76,7 @@ class MovementSums:
         do not show (of a plane along itself) are left out.
         """
         before = float(self.squares[6, 6])
-        if before <= self.count * _LARGE**2:
+        if self.rms <= _LARGE:
             return ""
         matrix, seen = self.squares[:6, :6], self.squares[:6, 6]
         length = np.sqrt(

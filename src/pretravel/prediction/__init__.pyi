@@ -34,6 +34,7 @@ from .seats import lifted_tip_motion as lifted_tip_motion
 from .seats import seat_coefficient as seat_coefficient
 from .seats import seat_frame as seat_frame
 from .seats import seat_statics as seat_statics
+from .slender import slender_doubts as slender_doubts
 from .trigger import Trigger as Trigger
 from .trigger import predict as predict
 from .trigger import predicted_map as predicted_map

@@ -29,6 +29,7 @@ from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import loaded_to_trigger
 from pretravel.prediction.materials import Material, default_workpiece
 from pretravel.prediction.seats import lifted_tip_motion, statics_in_machine
+from pretravel.prediction.slender import refuse_slender
 from pretravel.six_seats import PIEZO_STAGE, SEAT_NAMES
 from pretravel.uncertainty import Covariance
 
@@ -143,7 +144,7 @@ def predict(
         Unknown model; a direction in which no seat ever opens; friction with a model that does
         not contain it, or with gravity.
     DescriptionError
-        The seats do not hold the tripod at rest.
+        The seats do not hold the tripod at rest; a stylus that bends too far, or buckles.
 
     References
     ----------
@@ -166,7 +167,9 @@ def predict(
     if not rubs_in_model:
         probe.refuse_tip_friction(f"model {chosen.name} of this description")
     if probe.seats.friction > 0.0 and not rubs_in_model:
-        return _predict_with_friction(probe, d, chosen, workpiece, gravity)
+        found = _predict_with_friction(probe, d, chosen, workpiece, gravity)
+        refuse_slender(probe, d, found.force, found.deflection)
+        return found
     statics = statics_in_machine(probe, gravity)
     loading, seat = loaded_to_trigger(probe, statics, d, workpiece or default_workpiece())
     force = loading.force
@@ -180,7 +183,7 @@ def predict(
     displacements = dict(chosen.displacements(loading))
     if probe.opening:
         displacements["opening"] = probe.opening * lifted_tip_motion(probe)[seat // 2]
-    return Trigger(
+    found = Trigger(
         directions=frozen(d),
         force=frozen(force),
         seat=seat,
@@ -188,6 +191,8 @@ def predict(
         displacements={share: frozen(vector) for share, vector in displacements.items()},
         model=chosen.name,
     )
+    refuse_slender(probe, d, found.force, found.deflection)
+    return found
 
 
 def _why_never(probe: Probe) -> str:

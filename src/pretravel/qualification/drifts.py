@@ -141,11 +141,25 @@ class DriftOverTime:
 
         A change of one day is no trend, and no jump before another day confirms it.
         """
+        return self._beyond_on(len(self.moments) - 1)
+
+    def beyond_on_one_day(self) -> tuple[int, DailyQuantity] | None:
+        """The only day since the last jump that is beyond the limit in this way, and its quantity.
+
+        None where there is none or several. A day that `breaks` has as apart does not count; they
+        need five days.
+        """
+        apart = {one.day for one in self.breaks if one.apart}
+        rows = [row for row in range(self.starts[-1], len(self.moments)) if row not in apart]
+        found = [(row, one) for row in rows if (one := self._beyond_on(row)) is not None]
+        return found[0] if len(found) == 1 else None
+
+    def _beyond_on(self, row: int) -> DailyQuantity | None:
         start = {one.quantity.name: one.start for one in self.last}
         if not self.starts[-1]:
             start = {one.name: 0.0 for one in self.quantities} | start
         for one in self.quantities:
-            change = abs(one.values[-1] - start.get(one.name, math.nan)) - 2.0 * one.u[-1]
+            change = abs(one.values[row] - start.get(one.name, math.nan)) - 2.0 * one.u[row]
             if change * one.share > self.limit:
                 return one
         return None

@@ -13,6 +13,7 @@ from pretravel.base import DEGREE, INCH, MICROMETRE, FloatArray, PretravelError,
 from pretravel.maps import (
     LARGEST_PRETRAVEL,
     SMALLEST_PRETRAVEL,
+    Observation,
     QualificationSetup,
     largest_plausible,
 )
@@ -50,6 +51,43 @@ def refuse_too_little(touches: Touches, directions: int, setup: QualificationSet
     _refuse_strays(touches, 0.5 * setup.diameter, source)
     if not setup.ring:
         _refuse_plane(touches, source)
+
+
+_SHOWN = 0.1
+"""Share of six lobes beyond those of order two and four: 1 of nine azimuths, 0.2 of the 25
+directions of ISO 10360-5, 0 of eight azimuths."""
+
+
+def refuse_hidden_lobes(observation: Observation) -> None:
+    """Refuse means at two orientations of the spindle in directions that hide their largest lobes.
+
+    Three rods make lobes of order three, six, nine; of these the means have six. Eight azimuths at
+    equal steps show six lobes as two, and a map between them would be wrong by their size.
+
+    Parameters
+    ----------
+    observation : Observation
+
+    Raises
+    ------
+    PretravelError
+    """
+    if not observation.of_means:
+        return
+    n = observation.group_directions
+    height, across = n[:, 2:] ** 2, n[:, 0] + 1j * n[:, 1]
+    lower = [across[:, None] ** 2 * height ** np.arange(3), across[:, None] ** 4 * height ** [0, 1]]
+    waves = np.hstack(lower)
+    columns = np.hstack([np.ones((len(n), 1)), n, height, waves.real, waves.imag])
+    six = np.stack([(across**6).real, (across**6).imag], axis=1)
+    left = six - columns @ np.linalg.lstsq(columns, six, rcond=1e-9)[0]
+    if np.sum(left**2) < _SHOWN * np.sum(six**2):
+        raise PretravelError(
+            "means at two orientations of the spindle in these directions show six lobes, which "
+            "three rods make, as two or four: between the directions the map would be wrong by "
+            "their size. Touch 9 azimuths, or 11 and more, at equal steps",
+            inputs=("touches",),
+        )
 
 
 def refuse_contradictions(

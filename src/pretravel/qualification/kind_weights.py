@@ -78,7 +78,7 @@ def compare_kinds(
         except PretravelError as error:
             nothing = (math.inf, math.nan, math.nan, math.inf)
             fitted_to_all = not isinstance(fit, PretravelError)
-            problem = f"{'with some directions left out, ' if fitted_to_all else ''}{error}"
+            problem = f"{'in cross-validation, ' if fitted_to_all else ''}{error}"
             scores.append(KindScore(name, *nothing, problem=problem))
             continue
         distance, variance = left_out

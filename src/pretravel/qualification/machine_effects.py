@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, FloatArray, IntArray, PretravelError
+from pretravel.base import MICROMETRE, FloatArray, PretravelError
 from pretravel.maps import Observation, QualificationSetup
 from pretravel.qualification.first_touches import FirstTouches, first_touches
 from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
+from pretravel.qualification.sudden_changes import level_change, reference_jump
 from pretravel.qualification.touch_order import (
     between_predecessors,
     drift_columns,
@@ -27,7 +28,6 @@ from pretravel.qualification.touch_order import (
     previous_directions,
 )
 from pretravel.qualification.two_states import TwoStates, logarithm_of_columns, two_states
-from pretravel.qualification.within_directions import centred_within
 from pretravel.touches import (
     Touches,
     coarse_warnings,
@@ -56,15 +56,9 @@ _MOST_FOR_STATES = 2000
 _STATES_BETTER = 4.0
 """Logarithm of the odds against other causes: of 900 sets without two states one has more, of
 sets with two states 2 µm apart and noise of 0.3 µm half."""
-_FEWEST_AFTER = 5
-"""Touches before and after a change of the level."""
-_BY_FAR = 10.0
-"""Times what other courses leave: a step leaves a fifth of a wave."""
 _MOVED = 5.0 * MICROMETRE
 """A reference that is moved by hand lies farther away; less is a slip of its clamping or of an
 axis, which is treated as a drift."""
-_MUCH_BETTER = 10.0
-"""Logarithm of the odds from which a drift is not the cause: the first touch was chosen, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +72,8 @@ class MachineEffects:
     step_scatter : float
         Standard deviation by the step that repeats do not reduce: their noise is below it. [mm]
     in_common : float
-        Standard deviation that all directions can have in common, by the step and by first touches
-        that are apart. [mm]
+        Standard deviation that all directions can have in common, by the step, by first touches
+        that are apart and by a change of the level. [mm]
     drift : (3,) float
         Movement of the reference over the run that was subtracted, probe frame. [mm]
     hysteresis : (2,) float
@@ -130,18 +124,11 @@ def machine_effects(
     order = np.arange(count, dtype=np.float64)
     step = step_of_touches(machine_positions, observation.values, groups)
     warnings = coarse_warnings(step)
-    first = first_touches(observation.values, observation.directions, groups)
-    if first is not None:
-        warnings.append(_first_warning(first))
-        moved = observation.directions * first.change[:, None]
-        observation = replace(observation, positions=observation.positions + moved)
+    observation, changed, apart, first, said = _of_one_state(observation, order)
+    warnings += said
     noise = observation.repeats.deviation
-    in_common = kept_by_directions(step, noise)
-    in_common = in_common if first is None else math.hypot(in_common, first.u_in_common)
-    changed = np.zeros(count) if first is None else first.change
+    in_common = math.hypot(kept_by_directions(step, noise), apart)
     variance = sphere_form**2 / 12.0  # uniform between lowest and highest
-    if noise > _USUAL_NOISE and count <= _MOST_FOR_STATES and drift_is_separable(groups, order):
-        _refuse_moved_reference(observation)
     states = _states(observation, order)
     if states is not None:
         seen = states.variance(observation.group_directions) - noise**2
@@ -184,6 +171,40 @@ def machine_effects(
     )
 
 
+def _of_one_state(
+    observation: Observation, order: FloatArray
+) -> tuple[Observation, FloatArray, float, FirstTouches | None, list[str]]:
+    """Touches half way between two states, and what was subtracted for it.
+
+    Returns
+    -------
+    observation : Observation
+    change : (n,) float
+        What was subtracted from the pretravel of each touch. [mm]
+    apart : float
+        Standard uncertainty that all directions have in common by it. [mm]
+    first : FirstTouches or None
+    warnings : list of str
+    """
+    warnings: list[str] = []
+    first = first_touches(observation.values, observation.directions, observation.groups)
+    changed, apart = np.zeros(len(order)), 0.0
+    if first is not None:
+        warnings.append(_first_warning(first))
+        changed, apart = first.change, first.u_in_common
+        observation = _changed(observation, changed)
+    if drift_is_separable(observation.groups, order):
+        if observation.repeats.deviation > _USUAL_NOISE:
+            _refuse_moved_reference(observation)
+        level = level_change(observation.values, observation.directions, observation.groups)
+        if level is not None:
+            warnings.append(_level_warning(level, len(order)))
+            half_way = level[1] * (np.asarray(order >= level[0], dtype=np.float64) - 0.5)
+            changed, apart = changed + half_way, math.hypot(apart, 0.5 * level[1])
+            observation = _changed(observation, half_way)
+    return observation, changed, apart, first, warnings
+
+
 def _drift(observation: Observation, order: FloatArray) -> tuple[FloatArray, FloatArray, list[str]]:
     """Movement of the reference, what is subtracted for it, and what to say of it."""
     groups, count = observation.groups, len(observation.groups)
@@ -192,17 +213,7 @@ def _drift(observation: Observation, order: FloatArray) -> tuple[FloatArray, Flo
     warnings: list[str] = []
     if drift_is_separable(groups, order):
         found = estimated_drift(observation.values, observation.directions, groups, order)
-        level = level_change(observation.values, observation.directions, groups)
-        if found.p_value < DRIFT_LEVEL and level is not None:
-            first, size = level[0], level[1] / MICROMETRE
-            warnings.append(
-                f"from touch {first + 1} of {count} on, the pretravel of all directions differs by "
-                f"{size:+.1f} µm from that of the touches before. Another feed, another force or "
-                "a changed probe explains this better than a drift of the reference. The map is "
-                "between both states, and U does not contain half of the difference: give the "
-                "feeds (column feed_mm_min), or qualify with the touches of one state"
-            )
-        elif found.p_value < DRIFT_LEVEL:
+        if found.p_value < DRIFT_LEVEL:
             drift = np.asarray(-found.value)
             change = drift_columns(observation.directions, order) @ found.value
             size = float(np.linalg.norm(drift)) / MICROMETRE
@@ -252,6 +263,23 @@ def _states(observation: Observation, order: FloatArray) -> TwoStates | None:
     return found if found.logarithm > max(others) + _STATES_BETTER else None
 
 
+def _changed(observation: Observation, change: FloatArray) -> Observation:
+    """The touches with a change of their pretravel subtracted."""
+    moved = observation.directions * change[:, None]
+    return replace(observation, positions=observation.positions + moved)
+
+
+def _level_warning(level: tuple[int, float], count: int) -> str:
+    first, size = level
+    return (
+        f"from touch {first + 1} of {count} on, the pretravel of all directions differs by "
+        f"{size / MICROMETRE:+.1f} µm from that of the touches before. Another feed, another force "
+        "or a changed probe explains this better than a drift of the reference. The map is half "
+        "way between both states, and u of the tip's radius contains half of the difference. Give "
+        "the feeds (column feed_mm_min), or qualify with the touches of one state"
+    )
+
+
 def _first_warning(first: FirstTouches) -> str:
     apart = first.apart / MICROMETRE
     return (
@@ -272,101 +300,6 @@ def _states_warning(states: TwoStates) -> str:
         "is between both, and u of every point contains them as scatter. Clean the probe, and "
         "qualify again"
     )
-
-
-def level_change(
-    values: FloatArray, directions: FloatArray, groups: IntArray
-) -> tuple[int, float] | None:
-    """From which touch on all directions read more alike, where a drift explains that worse.
-
-    A feed that was changed does this, or a probe that changed. Both are fitted within directions,
-    and their residuals are compared, with the Bayesian information criterion.
-
-    Parameters
-    ----------
-    values : (n,) float
-        In the order of the touches. [mm]
-    directions : (n, 3) float
-    groups : (n,) int
-
-    Returns
-    -------
-    first, size : int, float, or None
-        The first touch that differs, and by how much. [mm]
-
-    >>> n = np.tile([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]], (4, 1))
-    >>> later = np.arange(20) >= 10
-    >>> level_change(0.01 * later + 1e-5 * np.cos(np.arange(20) ** 2), n, np.tile(np.arange(5), 4))
-    (10, 0.010001)
-    """
-    count = len(values)
-    seen = centred_within(values, groups)
-    steady = np.stack(
-        [centred_within(c, groups) for c in drift_columns(directions, np.arange(count)).T], axis=1
-    )
-    by_drift = float(np.sum((seen - steady @ np.linalg.lstsq(steady, seen, rcond=None)[0]) ** 2))
-    best = (math.inf, 0, 0.0)
-    for first in range(_FEWEST_AFTER, count - _FEWEST_AFTER + 1):
-        later = centred_within(np.arange(count) >= first, groups)
-        square = float(later @ later)
-        if square > 1.0:
-            size = float(later @ seen) / square
-            best = min(best, (float(np.sum((seen - size * later) ** 2)), first, size))
-    if not best[1]:
-        return None
-    free = count - len(np.unique(groups))
-    floor = free * _NOISE_FLOOR**2
-    gain = 0.5 * free * math.log((by_drift + floor) / (best[0] + floor)) + 0.5 * math.log(count)
-    return (best[1], round(best[2], 6)) if gain > _MUCH_BETTER else None
-
-
-def reference_jump(
-    values: FloatArray, directions: FloatArray, groups: IntArray
-) -> tuple[int, FloatArray] | None:
-    """From which touch on the reference lies elsewhere, where a drift or a level explains worse.
-
-    Parameters
-    ----------
-    values : (n,) float
-        Pretravel, in the order of the touches. [mm]
-    directions : (n, 3) float
-    groups : (n,) int
-
-    Returns
-    -------
-    first, shift : int, (3,) float, or None
-        The first touch on the moved reference, and its movement, probe frame. [mm]
-
-    >>> n = np.tile([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]], (4, 1))
-    >>> moved = -0.05 * n.sum(axis=1) * (np.arange(20) >= 7)
-    >>> first, shift = reference_jump(moved, n, np.tile(np.arange(5), 4))
-    >>> first, shift.round(4).tolist()
-    (7, [0.05, 0.05, 0.05])
-    """
-    count = len(values)
-    seen = centred_within(values, groups)
-
-    def left(columns: FloatArray) -> tuple[float, FloatArray]:
-        within = centred_within(columns, groups)
-        found = np.asarray(np.linalg.lstsq(within, seen, rcond=None)[0], dtype=np.float64)
-        return float(np.sum((seen - within @ found) ** 2)), found
-
-    by_drift = min(
-        left(drift_columns(directions, np.arange(count), slows=slows))[0] for slows in (False, True)
-    )
-    steps = range(_FEWEST_AFTER, count - _FEWEST_AFTER + 1)
-    later = [np.arange(count) >= first for first in steps]
-    if not later:
-        return None
-    by_level = min(left(each[:, None].astype(float))[0] for each in later)
-    found = [left(directions * each[:, None]) for each in later]
-    best = min(range(len(found)), key=lambda index: found[index][0])
-    free = count - len(np.unique(groups))
-    floor = free * _NOISE_FLOOR**2
-    ratio = (min(by_drift, by_level) + floor) / (found[best][0] + floor)
-    gain = 0.5 * free * math.log(ratio) - 1.5 * math.log(count)
-    # Pretravel is smaller where the reference comes towards the tip.
-    return (steps[best], -found[best][1]) if ratio > _BY_FAR and gain > _MUCH_BETTER else None
 
 
 def without_machine(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from pretravel.base import (
     delay_travel,
     near_pairs,
 )
-from pretravel.maps import Observation, QualificationSetup
+from pretravel.maps import Observation, QualificationSetup, of_means
 from pretravel.qualification.impossible_touches import (
     refuse_contradictions,
     refuse_too_little,
@@ -56,6 +57,7 @@ def observe(touches: Touches, setup: QualificationSetup, rotation: FloatArray) -
     fit = _least_squares(in_probe, setup, touches.source)
     refuse_contradictions(touches, in_probe, fit, setup)
     observation = _about(fit, in_probe, groups, setup, _u_constant(touches, setup))
+    observation = replace(observation, of_means=of_means(touches))
     refuse_wrong_normals(touches, observation.directions @ rotation.T, setup.reference)
     return observation
 
@@ -66,7 +68,8 @@ def observed_again(
     """Touches of `observe`, corrected since then, about their new centre; not checked again."""
     in_probe = touches.positions @ rotation
     fit = _least_squares(in_probe, setup, touches.source)
-    return _about(fit, in_probe, before.groups, setup, before.u_constant)
+    found = _about(fit, in_probe, before.groups, setup, before.u_constant)
+    return replace(found, of_means=before.of_means)
 
 
 def _least_squares(

@@ -30,6 +30,8 @@ DRIFT_OF_REFERENCE = "the place of the reference"
 _TURN = 0.2 * DEGREE
 _DEFAULT_WEIGHT = 3.0
 """Verifications that the default drift is worth in addition to those of a history."""
+_SMALL_COMBINATION = 0.01
+"""Share of the largest combination of functions; what follows the weight of a probe is larger."""
 _NULL = 1e-11
 """Share of the largest variance below which a combination of coefficients is fixed."""
 
@@ -276,7 +278,10 @@ def drifted_map(
 def coefficients_of(
     pretravel_map: PretravelMap, directions: FloatArray, values: FloatArray
 ) -> FloatArray:
-    """Coefficients of the map's basis that follow values over directions best, (k,). [mm]
+    """Coefficients of the map's basis that follow values over directions, (k,). [mm]
+
+    Without combinations of functions that are small over these directions: they would follow
+    rounding and kinks of the values with coefficients of millimetres that cancel.
 
     Parameters
     ----------
@@ -286,14 +291,15 @@ def coefficients_of(
     values : (n,) float
         [mm]
     """
-    return np.asarray(_to_coefficients(pretravel_map.basis.design(directions)) @ values)
+    design = pretravel_map.basis.design(directions)
+    return np.asarray(_to_coefficients(design, _SMALL_COMBINATION) @ values)
 
 
-def _to_coefficients(design: FloatArray) -> FloatArray:
+def _to_coefficients(design: FloatArray, smallest: float = 1e-9) -> FloatArray:
     """From values to coefficients by least squares, (k, n); functions are redundant in averages."""
     size = np.sqrt(np.mean(design**2, axis=0))
     scaling = 1.0 / np.where(size > 0.0, size, 1.0)
-    return np.asarray(scaling[:, None] * np.linalg.pinv(design * scaling, rcond=1e-9))
+    return np.asarray(scaling[:, None] * np.linalg.pinv(design * scaling, rcond=smallest))
 
 
 def spread_of(drift: ProbeDrift) -> FloatArray:

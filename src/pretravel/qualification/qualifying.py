@@ -39,10 +39,12 @@ from pretravel.maps import (
     fit_harmonic,
     hidden_lobes,
     kind_named,
+    of_means,
     one_word,
     orientation_of,
 )
 from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
+from pretravel.qualification.impossible_touches import refuse_hidden_lobes
 from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.map_warnings import (
@@ -175,7 +177,7 @@ def qualified(
         if isinstance(kind, str):
             kind = KINDS.values() if kind == AUTO else kind_named(kind)
         alone = kind if isinstance(kind, KindOfMap) else None
-        compared = (kind,) if isinstance(kind, KindOfMap) else kind
+        compared = _that_follow(touches, (kind,) if isinstance(kind, KindOfMap) else kind)
         fine = (each for each in compared if each.prior_weight > 1.0)
         confirm = alone or next(fine, None)
         ready = prepare(touches, setup, confirm)
@@ -192,6 +194,27 @@ def qualified(
         if isinstance(found, PretravelError):
             raise found
         return _warned(ready, found)
+
+
+def _that_follow(touches: Touches, kinds: Collection[KindOfMap]) -> Collection[KindOfMap]:
+    """Of kinds of map those that can follow the touches.
+
+    Raises
+    ------
+    PretravelError
+        Means at two orientations of the spindle, and no kind without lobes of odd order.
+    """
+    if not of_means(touches):
+        return kinds
+    found = [kind for kind in kinds if kind.takes_means]
+    if not found:
+        words = ", ".join(kind.name for kind in kinds)
+        raise PretravelError(
+            "the touches are means at two orientations of the spindle, in which lobes of odd order "
+            f"cancel, and {words} is a model of single touches: choose kind harmonic",
+            inputs=("kind",),
+        )
+    return found
 
 
 def with_machine(
@@ -262,6 +285,7 @@ def prepare(
     # What was touched: directions, their repeats, the centre of the reference.
     _LOG.info("centre of the reference")
     whole = observe(touches, setup, rotation)
+    refuse_hidden_lobes(whole)
     delay, notes = separated_delay(touches, whole, rotation)
     if delay is not None:
         touches = touches.at_rest(delay.delay)

@@ -6,7 +6,6 @@ were touched later are then moved against the earlier ones, as no tripod moves t
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -82,7 +81,11 @@ def drift_beside_seats(
 def _most_probable(
     drifting: _Drifting, x: FloatArray, scales: PriorScales
 ) -> tuple[float, FloatArray, FloatArray]:
-    """Logarithm of the evidence of a drift, its value, and its covariance."""
+    """Logarithm of the evidence of a drift, its value, and its covariance.
+
+    Touches may not determine the drift: one along the axis, where only pole and equator were
+    touched. There it stays the usual one.
+    """
     tried = [
         replace(scales, asymmetry=size, correction=_NO_CORRECTION, fixed_scatter=0.0)
         for size in _ASYMMETRIES
@@ -90,8 +93,36 @@ def _most_probable(
     start = np.insert(x, [drifting.drift.start] * drifting.axes, 0.0)
     found = modes(drifting, tried, np.tile(start, (len(tried), 1)))
     value = found.x[:, drifting.drift]
-    in_advance = -0.5 * np.sum((value / _USUAL) ** 2, axis=1) - drifting.axes * math.log(_USUAL)
-    evidence = found.evidence + in_advance
+    covariance = np.array(
+        [
+            drifting.covariance_at(x, scales)[drifting.drift, drifting.drift]
+            for x, scales in zip(found.x, tried, strict=True)
+        ]
+    )
+    with_usual = [_with_usual(own, u) for own, u in zip(value, covariance, strict=True)]
+    evidence = found.evidence + [chance for chance, *_ in with_usual]
     best = int(np.argmax(evidence))
-    covariance = drifting.covariance_at(found.x[best], tried[best])
-    return float(evidence[best]), value[best], covariance[drifting.drift, drifting.drift]
+    _, drift, of_drift = with_usual[best]
+    return float(evidence[best]), drift, of_drift
+
+
+def _with_usual(value: FloatArray, covariance: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Logarithm of the chance of a drift in advance, and the drift with what is usual, with u.
+
+    Normal distributions of the touches and of usual drifts, multiplied.
+
+    Parameters
+    ----------
+    value : (a,) float
+        By the touches alone. [mm]
+    covariance : (a, a) float
+        [mm²]
+
+    >>> _, drift, u = _with_usual(np.array([0.004, 90.0]), np.diag([1e-14, 1e8]))
+    >>> drift.round(6).tolist(), np.sqrt(np.diag(u)).round(6).tolist()
+    ([0.004, 0.0], [0.0, 0.005])
+    """
+    usual = _USUAL**2 * np.eye(len(value))
+    both = np.linalg.inv(covariance + usual)
+    chance = -0.5 * float(value @ both @ value) + 0.5 * float(np.linalg.slogdet(both)[1])
+    return chance, usual @ both @ value, usual @ both @ covariance

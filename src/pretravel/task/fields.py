@@ -17,7 +17,7 @@ from pretravel.base import (
     PretravelError,
 )
 from pretravel.task.task import PICTURES, SILENT, Field, Progress, Task, When, by_name, unused
-from pretravel.task.values import Angles, PolarAngles, StatedColumns, UnitVector, Vector
+from pretravel.task.values import StatedColumns, UnitVector, Vector
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,13 +35,6 @@ def models() -> Iterable[str]:
     from pretravel.prediction import MODELS
 
     return MODELS
-
-
-def _contact_models() -> Iterable[str]:
-    from pretravel.prediction import MODELS, compliance_model
-
-    models = {name: compliance_model(name) for name in MODELS}
-    return [name for name, model in models.items() if model.has_response or model.response_for]
 
 
 def is_map(value: object) -> bool:
@@ -140,15 +133,6 @@ QualifiedMap: TypeAlias = Annotated[
     Path,
     Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
 ]
-ProbeName: TypeAlias = Annotated[
-    str,
-    Field(
-        help="Catalogue name, or a description (.toml).",
-        positional=True,
-        reads=existing,
-        word=is_probe,
-    ),
-]
 QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
 ShownQuantity: TypeAlias = Annotated[
     QuantityWord,
@@ -163,22 +147,12 @@ ShownQuantity: TypeAlias = Annotated[
         },
     ),
 ]
-Workpiece: TypeAlias = Annotated[
-    str,
-    Field(
-        help="Material of the part, from the package or from the probe's description.",
-        metavar="MATERIAL",
-        without=(When("model", ("shen",)),),
-    ),
-]
-"""The model shen has no contact of tip and part."""
 MODEL = Field(
     help="Model of the probe's compliance: analytic, fem, shen, ren or wozniak.",
     label="Model of the probe, without a map",
     names=models,
     metavar="MODEL",
 )
-ModelName: TypeAlias = Annotated[str, MODEL]
 ModelOfMap: TypeAlias = Annotated[
     str,
     replace(
@@ -189,22 +163,6 @@ ModelOfMap: TypeAlias = Annotated[
     ),
 ]
 """Where a probe takes the place of a map."""
-ContactModel: TypeAlias = Annotated[
-    str,
-    Field(
-        help="Model of the probe's compliance: analytic, fem or shen; wozniak for descriptions "
-        "with a contact opening or a piezo stage.",
-        names=_contact_models,
-        metavar="MODEL",
-    ),
-]
-Gravity: TypeAlias = Annotated[
-    UnitVector | None,
-    Field(
-        help="Direction of gravity in the machine's frame (without it, weight is neglected).",
-        metavar="X,Y,Z",
-    ),
-]
 ProbeAxis: TypeAlias = Annotated[
     UnitVector,
     Field(
@@ -214,22 +172,6 @@ ProbeAxis: TypeAlias = Annotated[
     ),
 ]
 UPRIGHT = UnitVector(0, 0, 1)
-Azimuths: TypeAlias = Annotated[
-    Angles,
-    Field(
-        help="Azimuths of the surface normal in the probe's frame, in degrees: start:stop:step, a "
-        "list a,b,c, or one.",
-        metavar="ANGLES",
-    ),
-]
-Polars: TypeAlias = Annotated[
-    PolarAngles,
-    Field(
-        help="Polar angles of the surface normal, in degrees: start:stop:step, a list a,b,c, or "
-        "one; 90 is a vertical wall.",
-        metavar="ANGLES",
-    ),
-]
 Approach: TypeAlias = Annotated[
     Literal["normal", "file"] | None,
     Field(
@@ -271,10 +213,9 @@ class PlacedPart(Task):
     place: Annotated[
         str | None,
         Field(
-            help="For touches in the machine's frame: placement of the part in the machine, "
-            "x,y,z in mm, then rotations about x, y, z in degrees; or the .json file of pretravel "
-            "align. Rotations are about the machine's axes, in that order; the "
-            "probe is not rotated.",
+            help="Placement of the part (mm, degrees, or the .json file of pretravel align), for "
+            "touches in the machine's frame. Rotations are about the machine's axes, in that "
+            "order; the probe is not rotated.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
             word=is_placement,

@@ -161,7 +161,7 @@ def _sphere_figures(
     if not unit:
         text += f" (as inches: {INCH * diameter:.4f} mm)"
     remark = (
-        f"diameter {text} through the tip centres (reference and tip, less pretravel), "
+        f"diameter {text} through the tip centres (reference plus tip, less twice the pretravel), "
         f"which lie within {deviation:.4f}{' ' + unit if unit else ''} of this sphere; centre "
         f"{value_text(tuple(np.round(fit.center, 4).tolist()))}"
     )

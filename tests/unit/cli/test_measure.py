@@ -191,6 +191,7 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
         (["--form-association", "gaussian", "--tolerance", "20..21"], "and none is given"),
         (["--tolerance", "21..20"], "--tolerance 21..20: this tolerance is empty"),
         (["--tolerance", "H7"], "expected limits as 20.000..20.021"),
+        (["--tolerance", "20zc6"], "zc6 at 20 mm is not in the tables here"),
         (["--tolerance", ".."], "expected limits as 20.000..20.021"),
         (["--tolerance", "20..1e999"], "this tolerance is empty"),
         (["--tolerance", "1e999.."], "expected limits as 20.000..20.021"),
@@ -274,7 +275,7 @@ def test_the_noise_subtracted_is_that_of_the_range_it_names(
                "--verbose")  # fmt: skip
     (measured,) = re.findall(rf"^bore1\* +{name} .*?(0\.\d+)(?: +[-+]\d\S*)?$", told, re.MULTILINE)
     (taken,) = re.findall(
-        rf"noise subtracted (\S+) µm \(which is the whole {name}: the errors",
+        rf"noise subtracted (\S+) µm \(all of the {name}: the errors",
         " ".join(told.split()),
     )
     assert float(taken) == pytest.approx(1e3 * float(measured), abs=0.01)

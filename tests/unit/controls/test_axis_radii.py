@@ -126,14 +126,15 @@ class TestRadii:
 
     def test_uncertainties_contain_map_tip_and_delay_together(self) -> None:
         """The map has 3 µm, of which 1 µm is by the delay; 60 mm/min, 1 mm/s, and 4 ms of delay
-        with u 0.5 ms, 0.5 µm: sqrt(9 - 1 + (1 + 0.5)² + 2²)."""
+        with u 0.5 ms, 0.5 µm, 3 µm that repeats do not reduce: sqrt(9 - 1 + (1 + 0.5)² + 2² + 3²).
+        """
         made = replace(
             mean_map(0.01), covariance=Covariance.independent([8e-6]), delay=4e-3, u_delay=5e-4,
-            delay_effect=np.array([1e-3]), u_tip_radius=2e-3,
+            delay_effect=np.array([1e-3]), u_tip_radius=2e-3, fixed_scatter=3e-3,
         )  # fmt: skip
         found = axis_radii(made, 4e-3)
         for entry in (*found["travel"].values(), *found["plane"]):
-            assert entry["u_mm"] == pytest.approx(1e-3 * math.sqrt(8.0 + 1.5**2 + 4.0), abs=1e-8)
+            assert entry["u_mm"] == pytest.approx(1e-3 * math.sqrt(8.0 + 1.5**2 + 13.0), abs=1e-8)
             assert entry["radius_mm"] == pytest.approx(3.0 - 0.014, abs=1e-8)
         assert found["feed_mm_min"] == 60.0
 

@@ -242,6 +242,8 @@ def test_a_table_with_u_lacks_its_correlations(variance: float) -> None:
         sentence for sentence in found.unknown if "does not contain the correlation" in sentence
     ]
     assert len(told) == (variance > 0.0)
+    rig = replace(made.provenance, origin=Origin.CALIBRATED)  # its table has a whole covariance
+    assert not identify(replace(made, covariance=own, provenance=rig), probe, ["preload"]).unknown
     none = identify(made, probe, ["preload"]).standard_uncertainty
     factor = math.sqrt(1.0 + variance / 5e-5**2)
     assert found.standard_uncertainty == pytest.approx(factor * none, rel=1e-4)

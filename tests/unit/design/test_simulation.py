@@ -150,6 +150,10 @@ class TestSentences:
         assert len(told) == len(words)
         for sentence, expected in zip(told, words, strict=True):
             assert re.search(expected, sentence)
+        # A stem along its own normal is free; a wall is, and faces that lean over it are not.
+        for polar, more in ((0.0, 0), (90.5, 0), (92.0, 1)):
+            stem = from_angles(math.radians(polar), 0.3)[0]
+            assert len(target_warnings(targets, done, stem)) == len(words) + more  # type: ignore[arg-type]
 
     CHECK = r"\. Check the points, normals and approaches"
 
@@ -208,6 +212,8 @@ class TestSetups:
         ):
             with pytest.raises(PretravelError, match=words):
                 simulate(mean_map(0.01), FLOOR, targets, setup=setup)
+        with pytest.raises(PretravelError, match="faces of a part"):
+            simulate("omp40-2", FLOOR, targets, setup=PartSetup(check_stylus=True))
 
 
 class TestReports:

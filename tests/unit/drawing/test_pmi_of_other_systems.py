@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from pretravel.drawing.pmi.iso286 import limits_of_fit
 from pretravel.drawing.pmi.items import Size
 from pretravel.drawing.pmi.model import ModelDrawing, read_drawing
 from pretravel.drawing.tasks.drawing.task import FoundDrawing
+from pretravel.drawing.tolerances.iso286 import limits_of_fit
 from tests.support.pmi_text import ALL_DATUMS, FACE, bound, length, numbers, plus_minus, size
 from tests.unit.drawing.conftest import Reader
 from tests.unit.drawing.test_pmi_frames import ROUND_ZONE, SIZED, toleranced

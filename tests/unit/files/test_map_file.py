@@ -129,6 +129,23 @@ class TestMapFiles:
         assert back.u_tip_radius == pytest.approx(2e-4)
         assert np.allclose(back.rotation, rotation, atol=1e-9)
 
+    def test_a_measured_table_of_few_directions(self, tmp_path: Path) -> None:
+        """Three lobes of 2 µm every 30°: each direction lies (1 - cos 90°) of its lobe, 2 µm / √2
+        rms, off the straight line between its neighbours. A stated scatter adds to half of this;
+        a prediction, without u, states none."""
+        azimuths = np.arange(0, 360, 30)
+        rows = [f"90,{a},{5.0 + 2.0 * np.cos(np.radians(3 * a)):.9f}" for a in azimuths]
+        for columns, more, expected in (
+            (",u_um,fixed_scatter_um", ",0.1,0.5", np.hypot(0.5e-3, 1e-3 / np.sqrt(2.0))),
+            ("", "", 0.0),
+        ):
+            text = "\n".join(f"{row}{more}" for row in rows)
+            (tmp_path / "t.csv").write_text(
+                f"polar_deg,azimuth_deg,pretravel_um{columns}\n{text}\n"
+            )
+            found = read_map(tmp_path / "t.csv", tip_diameter=6.0)
+            assert found.fixed_scatter == pytest.approx(expected, rel=1e-6)
+
     def test_a_table_with_two_tips(self, tmp_path: Path) -> None:
         path = tmp_path / "t.csv"
         path.write_text("polar_deg,azimuth_deg,pretravel_um,tip_radius_mm\n90,0,5,3\n90,9,5,2\n")

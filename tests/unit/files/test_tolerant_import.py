@@ -268,6 +268,12 @@ class TestOnASphere:
         text = names + "".join(",".join(map(str, row)) + "\n" for row in cells.tolist())
         with pytest.raises(InputError, match="directions of travel"):
             read_touches(SourceFile("a.csv", text.encode()))
+        # The control subtracted the tip: points 15 µm behind their nominal ones.
+        surface = part.nominal_points - 0.015 * part.normals
+        cells = np.hstack([surface, part.normals, part.nominal_points])
+        text = names + "".join(",".join(map(str, row)) + "\n" for row in cells.tolist())
+        with pytest.raises(InputError, match="subtracted from them already"):
+            read_touches(SourceFile("a.csv", text.encode()))
 
     def test_normals_of_the_fitted_sphere(self) -> None:
         touches = self._touches()

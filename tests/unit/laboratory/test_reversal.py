@@ -10,11 +10,13 @@ import pytest
 
 from benchmarks.departures.probes import six_seats
 from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
 from pretravel.controls.map_identity import check_map_of_program
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.laboratory.reversal import reversed_touches
 from pretravel.measurement.compensation import apply
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from tests.support.commands import run
 from tests.support.example_maps import lobes
@@ -156,3 +158,48 @@ def test_command(tmp_path: Path) -> None:
     out = run("qualify", means, "--pin", "--diameter", 25, "--tip-diameter", 6, "--kind", "mean")
     assert "effective radius" in out
     assert "do not give the orientation" in run("reversal", *files, code=2)
+
+
+def _six_lobes(azimuths: int, seed: int = 1) -> Touches:
+    """Means of a three-rod probe in a ring of 25 mm: a mean, six lobes, noise."""
+    angle = 2.0 * np.pi * np.arange(3 * azimuths) / azimuths
+    n = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=1)
+    noise = np.random.default_rng(seed).normal(0.0, NOISE / np.sqrt(2.0), len(angle))
+    reach = 9.5 + 0.018 + 0.002 * np.cos(6.0 * angle) + noise
+    return Touches(-n * reach[:, None], n, orientations=("reversal",) * len(angle))
+
+
+def test_a_map_of_means_has_even_orders_between_its_directions() -> None:
+    """Nine azimuths show six lobes as three, which means cannot have; the models of single touches
+    took them for three, and were 6 µm off between the directions. Eight show them as two."""
+    made = qualify(_six_lobes(9), 25.0, tip_diameter=6.0, ring=True, kind="harmonic").pretravel_map
+    between = from_angles(0.5 * np.pi, PHI)
+    value, u = made.pretravel_and_uncertainty(between)
+    error = value - 0.018 - 0.002 * np.cos(6.0 * PHI)
+    assert np.sqrt(np.mean(error**2)) < 0.5e-3
+    assert np.mean(np.abs(error) < 2.0 * u) > 0.9
+    with pytest.raises(PretravelError, match="show six lobes, which three rods make, as two"):
+        qualify(_six_lobes(8), 25.0, tip_diameter=6.0, ring=True)
+    with pytest.raises(PretravelError, match="physical is a model of single touches"):
+        qualify(_six_lobes(9), 25.0, tip_diameter=6.0, ring=True, kind="physical")
+
+
+def test_the_offset_is_that_at_0_whatever_comes_first() -> None:
+    touches = _both()
+    other = touches.take(np.argsort(-np.asarray(touches.spindle), kind="stable"))
+    runout = reversed_touches(other).runout
+    assert runout == pytest.approx(reversed_touches(touches).runout, abs=1e-9)
+    assert runout == pytest.approx(RUNOUT[:2], abs=1e-3)  # noise, and the lobe of order one
+
+
+def test_repeats_are_paired_in_their_order() -> None:
+    """The nearest of three repeats gave the first touch the best partner, and a drift."""
+    rng = np.random.default_rng(2)
+    one, other = (replace(_pin(turn, rng)) for turn in (0.0, np.pi))
+    again = [replace(each, positions=each.positions + 1e-3 * each.normals) for each in (one, other)]
+    joined = Touches(
+        np.vstack([one.positions, again[0].positions, other.positions, again[1].positions]),
+        np.vstack([NORMALS] * 4), spindle=np.repeat([0.0, np.pi], 2 * len(PHI)),
+    )  # fmt: skip
+    means = reversed_touches(joined).means.positions.reshape(2, -1, 3)
+    assert means[1] - means[0] == pytest.approx(1e-3 * NORMALS, abs=1e-12)

@@ -11,6 +11,11 @@ import pytest
 from scipy import stats
 
 from pretravel.base.errors import PretravelError
+from pretravel.laboratory.rig.budget import (
+    own_repeatability,
+    repeatability_doubts,
+    shared_by_directions,
+)
 from pretravel.laboratory.rig.calibration import RigCalibration, calibrate_rig
 from pretravel.laboratory.rig.trace import RigTouch
 from pretravel.laboratory.tasks.rig.report import performance_figures
@@ -88,6 +93,43 @@ class TestFigures:
         assert math.isnan(single.repeatability.value)
         assert single.repeatability.dof == 0.0
         assert math.isnan(single.azimuth)
+
+    def test_passes_that_differ(self) -> None:
+        """By 0.3 µm each, in three directions alike: the mean of three passes has the standard
+        deviation 0.3 µm / √3 in all directions, with k = 4.5265 of two degrees of freedom over 2
+        (Student's t for 95.45 %). Passes that differ by what directions do are in the scatter."""
+        alike = {"p_000": [3.0, 3.31, 3.6], "p_090": [4.01, 4.3, 4.6], "p_180": [5.0, 5.3, 5.59]}
+        found = calibrate_rig(_made(alike), search_outliers=False)
+        assert found.passes is not None
+        assert found.passes.numbers == (1, 2, 3)
+        assert found.passes.differences == pytest.approx(np.array([-0.3, 0, 0.3]) * UM, abs=1e-5)
+        u = 4.5265 / 2.0 * np.std(found.passes.differences, ddof=1) / math.sqrt(3.0)
+        assert found.passes.u == pytest.approx(u, rel=1e-4)
+        s = found.repeatability.value
+        assert found.u_pretravel == pytest.approx(math.hypot(s / 3.0, u), rel=1e-3)
+        for d in found.directions:
+            assert d.u_pretravel == pytest.approx(math.hypot(s / math.sqrt(3.0), u), rel=1e-3)
+        names = [line.source for line in shared_by_directions(found)]
+        assert names == ["differences of 3 passes"]
+        assert "0.3 µm from the mean of all" in repeatability_doubts(found, ())[0]
+        for made in (self.MADE, {**alike, "p_090": [4.6, 4.3, 4.01]}):
+            other = calibrate_rig(_made(made), search_outliers=False)
+            assert (other.passes, shared_by_directions(other)) == (None, ())
+
+    def test_a_direction_that_scatters(self) -> None:
+        """Ten times as much as five others: its u is that of its own repeats, theirs is not."""
+        made = {f"p_{60 * k:03d}": [3.0, 3.02, 3.01, 3.03] for k in range(5)}
+        touches = _made({**made, "p_300": [3.3, 3.2, 3.0, 3.1]})
+        for found in (calibrate_rig(touches, search_outliers=False), calibrate_rig(touches)):
+            rough = found.directions[-1]
+            assert [d.scatters_more for d in found.directions] == [False] * 5 + [True]
+            s = math.sqrt(0.05 / 3.0) * UM
+            assert rough.u_pretravel == pytest.approx(s / 2.0, rel=1e-9)
+            own = own_repeatability(found, rough)
+            assert own is not None
+            assert (own.constant, own.dof) == (pytest.approx(s / 2.0), 3.0)
+            assert found.directions[0].u_pretravel < 0.5 * rough.u_pretravel
+            assert "touches of p_300 scatter more" in repeatability_doubts(found, ())[0]
 
     def test_hysteresis(self) -> None:
         """0.4, 0.5, 0.6; (missing), 0.5; 0.4; 0.4 to 0.7 µm: the mean of all nine, and of each."""

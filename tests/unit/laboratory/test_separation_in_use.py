@@ -95,7 +95,10 @@ def test_the_probes_errors_as_a_map_take_them_off() -> None:
     between = np.array([[np.cos(0.1), np.sin(0.1), 0.0]])
     expected = np.interp(0.1, AROUND, PROBE)
     assert made.pretravel(between)[0] == pytest.approx(UM * expected, abs=5e-6)
-    assert made.single_touch == pytest.approx(1e-6, rel=0.3)
+    assert made.repeatability == pytest.approx(1e-6, rel=0.3)
+    assert not made.provenance.level_known  # a probe that is identified from it has any mean
+    missed = PROBE - 0.5 * (np.roll(PROBE, 1) + np.roll(PROBE, -1))  # each from its neighbours
+    assert made.fixed_scatter == pytest.approx(0.5 * UM * np.sqrt(np.mean(missed**2)), rel=1e-3)
     with pytest.raises(PretravelError, match="needs the azimuths"):
         separation_map(replace(result, probe_azimuth=np.full(COUNT, np.nan)), 2.0)
 

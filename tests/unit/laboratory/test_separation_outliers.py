@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from pretravel.laboratory.separation import outliers
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings, multi_step_design
 from pretravel.laboratory.separation.noise import TAILS, ReadingScale, noise_tails
 from pretravel.laboratory.separation.outliers import (
@@ -180,6 +181,16 @@ def test_a_reading_that_is_left_out_is_judged_where_few_directions_scatter() -> 
     found = separate(MultiStepReadings(i, j, errors))
     assert [outlier.row for outlier in found.outliers] == [3]
     assert found.outliers[0].distance == pytest.approx(8.0 * UM, abs=2.0 * UM)
+
+
+def test_a_part_without_scales_names_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few readings of four setups, five of them suspected, had scales below zero: an error of the
+    search for a root."""
+    i, j = np.divmod(np.arange(36), 6)
+    errors = UM * np.random.default_rng(4).standard_normal(36)
+    design = multi_step_design(MultiStepReadings(i, j, errors))
+    monkeypatch.setattr(outliers, "squared_scales", lambda *_: np.full(12, -1e-6))
+    assert outlying_readings(design, errors) == []
 
 
 def test_an_outlier_is_told_with_its_size() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from pretravel.base.errors import PretravelError
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings, multi_step_design
+from pretravel.laboratory.separation.multi_step_touches import readings_of_touches
 from pretravel.laboratory.separation.plan import (
     best_steps,
     error_factor,
@@ -17,10 +18,12 @@ from pretravel.laboratory.separation.plan import (
     turned_pairs,
     variance_factor,
 )
+from pretravel.laboratory.separation.separation import separate
 from pretravel.laboratory.separation.variances import (
     direction_variance_uncertainty,
     likelihood_information,
 )
+from pretravel.touches import Touches
 
 
 @pytest.mark.parametrize(
@@ -117,6 +120,22 @@ def test_a_plan_has_the_fewest_touches_that_reach_the_uncertainties(
         error_factor(directions, plan.steps) * 1e-3 / np.sqrt(plan.repeats), rel=1e-12
     )
     assert plan.u_variance == variance_factor(directions, plan.steps, plan.repeats)
+
+
+@pytest.mark.parametrize(("directions", "u_error"), [(6, 0.3e-3), (8, 0.25e-3)])
+def test_touches_of_a_plan_are_separated(directions: int, u_error: float) -> None:
+    """Circles take three numbers of each setup: three orientations, one touch each, were planned,
+    and refused. Of so few readings of noise none is named; without repeats none is searched."""
+    plan = plan_separation(directions, 0.16e-6, u_error=u_error)
+    azimuth = 2.0 * np.pi / directions * (plan.pairs()[0] - 1)
+    spindle = np.repeat(plan.steps, directions * plan.repeats) * 2.0 * np.pi / directions
+    normals = np.column_stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth])
+    for seed in (1, 2):
+        noise = 0.4e-3 * np.random.default_rng(seed).standard_normal(len(normals))
+        touches = Touches(normals * (13.0 + noise[:, None]), normals, spindle=spindle)
+        found = separate(readings_of_touches(touches).readings)
+        assert found.outliers == ()
+        assert ("errors were not searched" in found.notes[-1]) == (plan.repeats == 1)
 
 
 @pytest.mark.parametrize(

@@ -82,7 +82,7 @@ def test_choice_among_kinds() -> None:
     assert {score.kind for score in chosen.scores} == set(kinds())
     sectors = next(score for score in chosen.scores if score.kind == "sectors")
     # It can be fitted to all touches, but not with a fifth of the directions left out.
-    assert sectors.problem.startswith("with some directions left out, no touch near the equator")
+    assert sectors.problem.startswith("in cross-validation, no touch near the equator")
     assert qualify(touches, 24.9987, tip_diameter=6.0, kind="sectors").scores == ()
 
 

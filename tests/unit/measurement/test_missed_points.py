@@ -109,6 +109,13 @@ def test_a_pattern_of_places_has_no_miss() -> None:
         assert missed_points_of_features(_with_noise(places)) == ()
 
 
+def test_a_rough_face_is_not_a_circle() -> None:
+    """Seen along x, a circle passes two of its three rows; the machine's other axes stand still."""
+    face = np.array([[x, y, 0.0] for y in (4.0, 30.0, 56.0) for x in (5.0, 40.0, 75.0)])
+    face[:, 2] = 3e-3 * np.random.default_rng(2).standard_normal(9)
+    assert missed_points_of_features(face) == ()
+
+
 @pytest.mark.long
 def test_points_at_the_middle_of_others_have_no_feature() -> None:
     """A grid of three by three has one at the centre of a circle of the others, once or thrice."""

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pretravel.measurement.points_summary import TouchSummary
 from pretravel.measurement.rigid_movement import MovementSums
 from tests.support.commands import both_outputs, rows, run
+from tests.support.example_maps import mean_map
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import block_points
 
@@ -20,6 +22,17 @@ SHIFT, TURN = np.array([0.3, -0.4, 0.1]), np.radians(0.3) * np.array([0.6, 0.0, 
 
 def _moved(positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
     return np.sum(normals * (SHIFT + np.cross(TURN, positions)), axis=1)
+
+
+@pytest.mark.parametrize(("scale", "said"), [(25.4, "the deviations are"), (1.0, "")])
+def test_nominal_points_that_are_none_of_these(scale: float, said: str) -> None:
+    """Touches in mm, nominal points in inches, about the middle of the part: no shift, no turn."""
+    positions, normals = block_points(CHANCE, 60)
+    middle = 0.5 * (positions.max(axis=0) + positions.min(axis=0))
+    off = np.sum(normals * (positions - middle), axis=1) * (1.0 - 1.0 / scale)
+    summary = TouchSummary(60, 1.0, movement=MovementSums.of(positions, normals, off))
+    told = [words for words in summary.warnings(mean_map(0.010)) if "deviations" in words]
+    assert [words[: len(said)] for words in told] == [said] * bool(said)
 
 
 def test_a_shift_and_a_turn_are_found() -> None:

@@ -24,6 +24,7 @@ from pretravel.prediction.description import Moving, Orientation, Probe
 from pretravel.prediction.materials import default_workpiece, material
 from pretravel.prediction.response import probe_response
 from pretravel.prediction.seats import lifted_tip_motion, seat_statics, statics_in_machine
+from pretravel.prediction.slender import buckling_load, slender_doubts
 from pretravel.prediction.trigger import Trigger, predict, predicted_map
 from pretravel.six_seats.event import trigger_force, watched_loads
 from pretravel.surface.shapes import Plane
@@ -239,6 +240,24 @@ class TestTrigger:
         normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
         with pytest.raises(PretravelError, match="never triggers in 2 of 4 directions"):
             predict(omp40, normals)
+
+    def test_a_stylus_too_thin_for_linear_bending(self, omp40: Probe) -> None:
+        """Euler's load of a stem, π² E I / (4 L²): 0.5 mm thick and 38 mm long less than the
+        preload of 5.91 N, at which a touch along the axis triggers. Across the axis it bends by
+        F L³ / (3 E I), several millimetres."""
+        stem = omp40.stylus[1]
+        rigid = 413e3 * math.pi / 64.0
+        for thick, doubted in ((0.5, True), (1.0, True), (1.5, False)):
+            probe = replace(omp40, stylus=(replace(stem, diameter=thick),))
+            load = math.pi**2 * rigid * thick**4 / (4.0 * 38.0**2)
+            assert buckling_load(probe) == pytest.approx(load, rel=1e-9)
+            assert bool(slender_doubts(probe, N[:1], np.array([1.2]))) == doubted
+        thin = replace(omp40, stylus=(replace(stem, diameter=0.5),))
+        with pytest.raises(DescriptionError, match=r"buckles, at 2\.17 N .* triggers at 5\.91 N"):
+            predict(thin, [[0.0, 0.0, 1.0]])
+        across = predict(replace(omp40, stylus=(stem,)), X).force[0] * 38.0**3 / (3.0 * rigid / 16)
+        with pytest.raises(DescriptionError, match=f"tip would move by {across:.1f}"):
+            predict(thin, X)
 
     def test_a_table_of_directions_counts_repeated_ones_once(self, omp40: Probe) -> None:
         """Within 1e-9; in the order in which they come first. The machine's normals are turned."""

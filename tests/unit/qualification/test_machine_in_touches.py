@@ -318,6 +318,8 @@ def test_another_feed_in_the_last_pass_is_no_drift(level: float, drift: float) -
     assert ("from touch 51 of 75 on" in said) == (level > 0.0)
     assert ("the reference drifted by" in said) == (drift > 0.0)
     assert bool(np.any(found.drift)) == (drift > 0.0)
+    # The map is half way between both states, of which a part has either.
+    assert found.in_common == pytest.approx(0.5 * level, abs=1e-4)  # noise of the two means
 
 
 COURSES = {

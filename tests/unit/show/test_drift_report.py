@@ -48,6 +48,19 @@ def test_a_change_of_the_last_day_alone_is_said(days: int, last: float) -> None:
     assert ("VERIFY AGAIN" in told) == (abs(last) > 0.72)
 
 
+@pytest.mark.parametrize(
+    ("row", "size", "said"), [(1, 1.8, True), (0, -1.8, True), (1, 0.6, False)]
+)
+def test_one_earlier_day_is_said(row: int, size: float, said: bool) -> None:
+    """Of four days: too few for a day apart, which five show."""
+    values = np.array([0.05, -0.03, 0.02, -0.04])
+    values[row] = size
+    level = DailyQuantity("level", "µm", values, np.full(4, 0.16), 1e-3)
+    told = drift_verdict(drift_over_time(DAYS[:4], [level], 0.4e-3))
+    words = f"but on {DAYS[row]:%Y-%m-%d} alone level was {size:+.2f} µm (u = 0.16 µm)"
+    assert (words in told) == said
+
+
 def test_a_random_walk_beyond_the_limit_says_qualify_whatever_the_last_day_shows() -> None:
     days = [DAYS[0] + timedelta(days=day) for day in range(16)]
     walk = np.cumsum(np.random.default_rng(0).normal(0.0, 0.4, 16))

@@ -123,10 +123,11 @@ def _of_map(pretravel_map: PretravelMap) -> Evidence:
                 "be wrong by many times its u; use the .json file of the qualification",
                 inputs=("map_file",),
             )
-        warnings.append(
-            "this map is a table, which does not contain the correlation of its errors: u is too "
-            "small; use the .json file of the qualification"
-        )
+        if pretravel_map.provenance.origin is not Origin.CALIBRATED:  # rig, separation: they do
+            warnings.append(
+                "this map is a table, which does not contain the correlation of its errors: u is "
+                "too small; use the .json file of the qualification"
+            )
     if not basis.interpolates and basis.kind not in _DETAILED:
         raise PretravelError(
             f"a map of kind {basis.kind} does not follow the lobes of a probe, and this one "

@@ -142,9 +142,9 @@ def identify(
     refuse_other_probe(pretravel_map, probe)
     evidence = evidence_of(pretravel_map)
     fit = _MapFit(evidence, probe, tuple(numbers), model, forces)
-    maxima = _maxima(fit, free)
-    parameters, jacobian = maxima[0].parameters, maxima[0].jacobian
     try:
+        maxima = _maxima(fit, free)
+        parameters, jacobian = maxima[0].parameters, maxima[0].jacobian
         fitted = fit.described(parameters)
     except DescriptionError as error:
         raise PretravelError(

@@ -37,6 +37,8 @@ from pretravel.touches import Targets, Touches
 
 _FAR = 1.0
 """Distance of a target from the surface above which its unit and frame are doubtful. [mm]"""
+_AWAY = math.sin(math.radians(1.0))
+"""Component of normals along the stylus, beyond which a flat part meets the stem."""
 _NEAR = 0.05
 """Distance of a target from the point of first contact above which a warning is given. [mm]"""
 
@@ -275,16 +277,24 @@ def simulate_some(
         targets,
         friction=setup.friction,
         clearance=setup.clearance,
-        stylus=_stylus(probe, setup),
+        stylus=_stylus(probe, setup, surface),
     )
     return SimulationResult(reported(outcomes, targets, tip.radius, latch), outcomes, tip.radius)
 
 
-def _stylus(probe: Probe | PretravelMap | TipBehaviour, setup: PartSetup) -> StylusOutline | None:
+def _stylus(
+    probe: Probe | PretravelMap | TipBehaviour, setup: PartSetup, surface: Surface | Part
+) -> StylusOutline | None:
     if not setup.check_stylus:
         return None
     if not isinstance(probe, Probe):
         raise PretravelError("collisions of the stylus need a described probe, not a map")
+    if not isinstance(surface, Part):
+        raise PretravelError(
+            "collisions of the stylus are checked with the faces of a part (part.step), not with "
+            "a single surface: leave this check out, or give the part",
+            inputs=("stem", "surface"),
+        )
     return stylus_outline(probe, setup.to_part @ np.asarray(probe.orientation.axis))
 
 
@@ -401,14 +411,18 @@ def travel_since_contact(touches: Touches, tip_radius: float) -> FloatArray:
     return np.asarray(np.sum((touches.positions - contact) * touches.approach_directions, axis=1))
 
 
-def target_warnings(targets: Targets, outcomes: SurfaceTouches) -> list[str]:
-    """Sentences about targets that do not agree with the surface.
+def target_warnings(
+    targets: Targets, outcomes: SurfaceTouches, axis: npt.ArrayLike | None = None
+) -> list[str]:
+    """Sentences about targets that do not agree with the surface, or that the stylus may not reach.
 
     Parameters
     ----------
     targets : Targets
     outcomes : SurfaceTouches
         Of the touches at them.
+    axis : (3,) float, optional
+        Of a stylus whose collisions with the part were not checked, from the tip to the spindle.
 
     Returns
     -------
@@ -434,4 +448,11 @@ def target_warnings(targets: Targets, outcomes: SurfaceTouches) -> list[str]:
             f"the targets' normals differ from the surface's by up to {worst:.1f}°: compensation "
             "along them has a direction error of this size"
         )
+    if axis is not None:
+        away = targets.normals[rows] @ np.asarray(axis, dtype=np.float64) < -_AWAY
+        if away.any():
+            warnings.append(
+                f"{int(away.sum())} of {len(targets)} targets face away from the spindle: whether "
+                "the stylus meets the part there before the tip was not checked"
+            )
     return warnings

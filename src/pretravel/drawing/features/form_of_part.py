@@ -230,8 +230,8 @@ class FormOfPart:
         return (
             f"{touches} touches at {where} cannot reveal a form of {' or '.join(words)}, "
             f"which would appear as an error of {of_what} or position. U "
-            "does not contain this error. If the part may have such a form, touch at unequal steps "
-            "or more places"
+            "does not contain it, because such a form leaves no residuals here. If the part may "
+            "have it, touch more places at unequal steps"
         )
 
     def sentences(self, touches: int) -> tuple[str, ...]:
@@ -242,7 +242,8 @@ class FormOfPart:
             shape = "lobes" if self.alike[0].endswith("lobes") else self.alike[0]
             found.append(
                 f"{touches} touches cannot distinguish {shape}, roughness and one wrong touch. U "
-                "contains all three, and may be several times too large. Touch "
+                "contains all three as far as the residuals show them, and may be several times "
+                "too large. Touch "
                 f"{self.telling} or more places"
             )
         if self.by_prior:

@@ -34,13 +34,14 @@ from pretravel.drawing.features.extreme_association import (
 from pretravel.drawing.features.feature_form import FormResult, form_result
 from pretravel.drawing.features.feature_uncertainty import (
     MACHINE,
+    MAP,
     FeatureErrors,
     errors_of_extreme,
     feature_errors,
 )
 from pretravel.drawing.features.form_families import families_of
 from pretravel.drawing.features.largest_distance import LargestDistance, largest_distance
-from pretravel.measurement import SIZE_NAMES, Association, Points, associate
+from pretravel.measurement import SIZE_NAMES, Association, Points, PretravelLeft, associate
 from pretravel.uncertainty import coverage_factor
 
 FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
@@ -252,6 +253,13 @@ class MeasuredFeature(WithPlot):
     def warnings(self) -> tuple[str, ...]:
         """What the places of the touches hide, and U does not contain or has by prior alone."""
         return self.errors.form.sentences(len(self.points))
+
+    @property
+    def pretravel_left(self) -> PretravelLeft:
+        """How far its residuals follow the pretravel that was subtracted."""
+        own = self.association
+        along = np.sum(own.outward * self.points.normals, axis=1) * self.points.pretravel
+        return PretravelLeft.of(own.residuals, along, own.jacobian, self.errors.shared.get(MAP))
 
     @property
     def hidden_form(self) -> str:

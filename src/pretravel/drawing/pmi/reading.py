@@ -16,7 +16,6 @@ from pretravel.drawing.pmi.bound_faces import (
     BoundFaces,
     numbers_in,
 )
-from pretravel.drawing.pmi.iso286 import class_of_fit, limits_of_fit
 from pretravel.drawing.pmi.items import (
     DatumReference,
     DatumTarget,
@@ -37,6 +36,7 @@ from pretravel.drawing.pmi.measures import (
 )
 from pretravel.drawing.pmi.model_faces import placed_axes
 from pretravel.drawing.pmi.part21 import Instance, Part21, TextRecord, TextReference, Word
+from pretravel.drawing.tolerances.iso286 import class_of_fit, limits_of_fit
 
 TOLERANCE_ENTITIES = {
     "POSITION": "position", "SURFACE_PROFILE": "profile", "LINE_PROFILE": "line profile",

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from pretravel.base import PretravelError
 from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.tolerances.tolerance_frame import (
@@ -29,6 +31,8 @@ from pretravel.drawing.tolerances.tolerances_of_surfaces import decided_surface
 from pretravel.measurement import associate
 from pretravel.surface import Part, feet_on_faces
 
+_WIDEST, _SHARE_OF_EXTENT = 5.0, 0.1
+"""Zones of drawings are smaller than one of these. [mm], and of the extent of the touches"""
 _SAME_FACE = 1e-6  # of the part's size: a larger form of the nominal points is another shape
 _WITH_PROJECTED_ZONE = ("cylinder", "cone")
 _DERIVED = ("circle", "bore", "boss", "sphere", "cylinder", "cone", "torus", "slot")
@@ -68,6 +72,7 @@ def inspect_geometry(
         if any(one.feature is placed.feature for one in taken):
             raise PretravelError(f"{placed.label} cannot be a datum of itself")
         _refuse_idle_words(placed, tolerance)
+    _refuse_wide_zone(tolerance, [*features, *taken])
     for place, one in enumerate(taken):
         if any(one.feature is other.feature for other in taken[:place]):
             raise PretravelError(f"{one.label} is twice a datum of the same tolerance")
@@ -150,6 +155,18 @@ def _refuse_idle_words(placed: PlacedFeature, tolerance: GeometricTolerance) -> 
     if tolerance.tangent and kind != "plane":
         raise PretravelError(
             f"{placed.label}: a tangent plane needs points of a plane, and this is a {kind}"
+        )
+
+
+def _refuse_wide_zone(tolerance: GeometricTolerance, placed: Sequence[PlacedFeature]) -> None:
+    """Refuse a zone that only a number in µm can be: castings have zones of some millimetres."""
+    points = np.concatenate([one.feature.points.positions for one in placed])
+    extent = float(np.ptp(points, axis=0).max())
+    if tolerance.zone > max(_WIDEST, _SHARE_OF_EXTENT * extent):
+        raise PretravelError(
+            f"the zone of {tolerance.name} is {tolerance.zone:g} mm, and the touches of feature "
+            f"and datums are within {extent:.4g} mm: were {tolerance.zone:g} µm meant? Give "
+            f"{0.001 * tolerance.zone:g}, in mm"
         )
 
 

@@ -7,6 +7,7 @@ import re
 from typing import NamedTuple, Self
 
 from pretravel.base import PretravelError
+from pretravel.drawing.tolerances.iso286 import limits_of_fit
 
 _NUMBER = r"[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?"
 
@@ -29,6 +30,13 @@ class ToleranceText(NamedTuple):
     def parse(cls, text: str) -> Self:
         """Limits ``20.000..20.021`` or ``20..``, or deviations ``+0.021/0`` or ``±0.01``.
 
+        A nominal size with a class of ISO 286, ``20H7``, is its limits.
+
+        Raises
+        ------
+        PretravelError
+            None of these, an empty tolerance, or a class that `limits_of_fit` does not know.
+
         >>> ToleranceText.parse("20..20.021")
         ToleranceText(low=20.0, high=20.021, are_limits=True)
         >>> ToleranceText.parse("+0.021/0")
@@ -41,6 +49,8 @@ class ToleranceText(NamedTuple):
         ToleranceText(low=-0.01, high=0.01, are_limits=False)
         >>> str(ToleranceText.parse("19,99..20,02"))  # a decimal comma means nothing else here
         '19.99..20.02'
+        >>> str(ToleranceText.parse("20 H7")), str(ToleranceText.parse("Ø25k6"))
+        ('20..20.021', '25.002..25.015')
         """
         tight = re.sub(r"(?<=\d),(?=\d)", ".", text.replace(" ", "").replace("−", "-"))
         if both := re.fullmatch(rf"(?:±|\+-|\+/-)({_NUMBER})", tight):
@@ -55,9 +65,18 @@ class ToleranceText(NamedTuple):
                 return cls(low, high, True)
         if parts := re.fullmatch(rf"({_NUMBER})/({_NUMBER})", tight):
             return cls._nonempty(float(parts[2]), float(parts[1]), False)
+        if fit := re.fullmatch(r"[Øø]?(\d*\.?\d+)([A-Za-z]{1,2}\d{1,2})", tight):
+            ends = limits_of_fit(float(fit[1]), fit[2])
+            if ends is not None:
+                return cls._nonempty(*ends, True)
+            raise PretravelError(
+                f"{fit[2]} at {fit[1]} mm is not in the tables here (ISO 286: D to H, JS, K, M, N, "
+                "P, R, S, and d to s, up to 500 mm): give the limits, as 20.000..20.021"
+            )
         raise PretravelError(
-            "expected limits as 20.000..20.021, one limit as 20.. or ..20.021, or with a "
-            "nominal size the upper and lower deviation as +0.021/0 or ±0.01, in mm"
+            "expected limits as 20.000..20.021, one limit as 20.. or ..20.021, the nominal size "
+            "and its class as 20H7, or with a nominal size the upper and lower deviation as "
+            "+0.021/0 or ±0.01, in mm"
         )
 
     @classmethod

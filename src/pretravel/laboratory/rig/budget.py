@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import MICROMETRE, PretravelError
-from pretravel.laboratory.rig.calibration import RigCalibration
+from pretravel.laboratory.rig.calibration import DirectionPerformance, RigCalibration
 from pretravel.uncertainty import COVERAGE_FACTOR, Budget, Component, coverage_factor
 
 
@@ -231,6 +231,8 @@ def calibration_budget(
     calibration: RigCalibration,
     components: Sequence[LengthComponent] = REN_BUDGET,
     count: int | None = None,
+    *,
+    direction: DirectionPerformance | None = None,
 ) -> tuple[LengthComponent, ...]:
     """The budget of a rig with the repeatability that a calibration determined.
 
@@ -241,23 +243,30 @@ def calibration_budget(
         Sources that are a `repeatability` are replaced; all others are the rig's.
     count : int, optional
         Number of touches of the direction; the fewest of any direction when not given.
+    direction : DirectionPerformance, optional
+        Whose number of touches, and own scatter where it is larger, count.
 
     Returns
     -------
     tuple of LengthComponent
         Of the mean pretravel of one direction.
     """
-    own = own_repeatability(calibration, count or min(d.count for d in calibration.directions))
-    stated = (*components, *step_of_ruler(calibration))
+    count = count or min(d.count for d in calibration.directions)
+    own = own_repeatability(calibration, count if direction is None else direction)
+    stated = (*components, *shared_by_directions(calibration))
     return stated if own is None else (*rig_sources(stated), own)
 
 
-def step_of_ruler(calibration: RigCalibration) -> tuple[LengthComponent, ...]:
-    """The line of a coarse step of the ruler, which repeats and directions can have in common."""
-    if not calibration.u_step:
-        return ()
-    name = f"step of the ruler ({calibration.step / MICROMETRE:.4g} µm)"
-    return (LengthComponent(name, "B", calibration.u_step),)
+def shared_by_directions(calibration: RigCalibration) -> tuple[LengthComponent, ...]:
+    """The lines of what repeats and directions can have in common: coarse step, passes."""
+    found = []
+    if calibration.u_step:
+        name = f"step of the ruler ({calibration.step / MICROMETRE:.4g} µm)"
+        found.append(LengthComponent(name, "B", calibration.u_step))
+    if calibration.passes is not None:
+        name = f"differences of {len(calibration.passes.numbers)} passes"
+        found.append(LengthComponent(name, "A", calibration.passes.u))
+    return tuple(found)
 
 
 def rig_sources(components: Sequence[LengthComponent]) -> tuple[LengthComponent, ...]:
@@ -284,14 +293,19 @@ def budget_doubts(components: Sequence[LengthComponent]) -> tuple[str, ...]:
     return (*(doubts if empty else ()), *((small,) if combined < _SMALLEST_OF_A_RIG else ()))
 
 
-def own_repeatability(calibration: RigCalibration, count: int) -> LengthComponent | None:
-    """The repeatability of the mean of `count` touches; None where nothing shows it.
+def own_repeatability(
+    calibration: RigCalibration, of: int | DirectionPerformance
+) -> LengthComponent | None:
+    """The repeatability of the mean of some touches, or of a direction; None where nothing shows
+    it.
 
     The position of edges between samples scatters from touch to touch and is part of the
     repeatability. Where the expanded uncertainty from few repeats is below that of this part, this
     part is the source.
     """
-    spread = calibration.repeatability
+    count, spread = (of if isinstance(of, int) else of.count), calibration.repeatability
+    if not isinstance(of, int) and of.scatters_more:
+        spread = of.repeatability
     if not math.isfinite(spread.value):
         return None
     edges = float(
@@ -319,6 +333,12 @@ def repeatability_doubts(
         Budget of the rig.
     """
     spread = calibration.repeatability
+    found = [] if calibration.passes is None else [calibration.passes.sentence]
+    if rough := [d.name for d in calibration.directions if d.scatters_more]:
+        found.append(
+            f"touches of {', '.join(rough)} scatter more than those of other directions: u there "
+            "is from their own repeats. Is a seat worn or dirty?"
+        )
     if spread.of_lobes:
         shown = (
             "no direction was touched twice: the repeatability, "
@@ -327,7 +347,7 @@ def repeatability_doubts(
         )
         return (shown,)
     if math.isfinite(spread.value):
-        return ()
+        return tuple(found)
     stated = length_budget([c for c in components if c.repeatability], 0.0).combined
     unknown = (
         "nothing was repeated, and the directions do not show the scatter of a touch: the "

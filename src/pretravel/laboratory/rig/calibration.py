@@ -13,6 +13,7 @@ import numpy as np
 from pretravel.base import MICROMETRE, PROBABILITY, FloatArray, PretravelError, checked, frozen
 from pretravel.laboratory.rig.lobes import scatter_about_lobes
 from pretravel.laboratory.rig.outliers import TraceOutlier, outlier_messages, outlying_rows
+from pretravel.laboratory.rig.passes import PassDifferences, pass_differences, scatters_more
 from pretravel.laboratory.rig.trace import RigTouch
 from pretravel.maps import BEFORE_CONTACT, LARGEST_PRETRAVEL
 from pretravel.touches import kept_by_repeats, refuse_coarse
@@ -90,6 +91,9 @@ class DirectionPerformance:
         Expanded uncertainty, as that of the pretravel. [mm]
     polar : float
         Between the direction and the probe's axis, to the spindle; nan as the azimuth. [rad]
+    scatters_more : bool
+        Whether its touches scatter more than those of the others, beyond chance: its u is then from
+        its own repeats.
     """
 
     name: str
@@ -105,6 +109,7 @@ class DirectionPerformance:
     u_hysteresis: float
     expanded_hysteresis: float
     polar: float = 0.5 * math.pi
+    scatters_more: bool = False
 
     @property
     def across(self) -> bool:
@@ -148,6 +153,8 @@ class RigCalibration:
     step, u_step : float
         Of the ruler, where it is coarser than the sampling, and the standard uncertainty of a
         pretravel by the step, which repeats do not reduce; otherwise zero. [mm]
+    passes : PassDifferences or None
+        Passes that differ in all directions alike.
     """
 
     touches: tuple[RigTouch, ...]
@@ -167,6 +174,7 @@ class RigCalibration:
     probability: float
     step: float = 0.0
     u_step: float = 0.0
+    passes: PassDifferences | None = None
 
     def __repr__(self) -> str:
         return (
@@ -395,7 +403,9 @@ def _calibration(
     u_step = math.sqrt(2.0) * kept_by_repeats(
         step, repeatability.measured / math.sqrt(2.0) if repeatability.dof > 0.0 else 0.0
     )
-    directions = _with_pooled_scatter(directions, groups, repeatability, u_step)
+    passes = pass_differences(groups)
+    shared = math.hypot(u_step, 0.0 if passes is None else passes.u)
+    directions = _with_pooled_scatter(directions, groups, repeatability, (u_step, shared))
     means = np.array([d.pretravel for d in directions])
     shifts = _shifts(evaluated)
     without = [t.trace for t in touches if not math.isfinite(t.pretravel)]
@@ -404,7 +414,7 @@ def _calibration(
         directions=tuple(directions),
         repeatability=repeatability,
         pretravel=float(means.mean()),
-        u_pretravel=math.hypot(_u_of_overall_mean(directions, repeatability), u_step),
+        u_pretravel=math.hypot(_u_of_overall_mean(directions, repeatability), shared),
         anisotropy=_range_of(means.tolist()),
         anisotropy_interval=frozen(
             _anisotropy_interval(directions, repeatability, probability, u_step)
@@ -421,6 +431,7 @@ def _calibration(
         probability=probability,
         step=step,
         u_step=u_step,
+        passes=passes,
     )
 
 
@@ -534,29 +545,36 @@ def _with_pooled_scatter(
     directions: Sequence[DirectionPerformance],
     groups: Mapping[str, Sequence[RigTouch]],
     repeatability: Spread,
-    u_step: float,
+    common: tuple[float, float],
 ) -> list[DirectionPerformance]:
     """The directions with the uncertainties that the repeats of all of them and the step give.
 
-    Two or three repeats of one direction alone would often state too small an uncertainty.
+    Two or three repeats of one direction alone would often state too small an uncertainty. In
+    common are the uncertainties by the step, and by step and passes.
     """
-    factor = coverage_factor(repeatability.dof) if repeatability.dof > 0.0 else math.nan
+    u_step, shared = common
+    squares = math.fsum(_squares(d) for d in directions)
+    total = sum(d.count - 1 for d in directions)
     u_hysteresis, expanded_hysteresis = _hysteresis_scatter(groups)
     edges = COVERAGE_FACTOR * _of_sampling([t for group in groups.values() for t in group])
     alike = _alike_in_repeats(list(groups.values()))
     found = []
     for d in directions:
         shown = math.sqrt(max(len(_shifts(groups[d.name])), 1))
-        u = math.hypot(repeatability.value / math.sqrt(d.count), u_step)
+        more = scatters_more(_squares(d), d.count - 1, squares, total, len(directions))
+        spread = d.repeatability if more else repeatability
+        factor = coverage_factor(spread.dof) if spread.dof > 0.0 else math.nan
+        u = math.hypot(spread.value / math.sqrt(d.count), shared)
         # Few repeats may be alike by chance; edges between samples are not.
-        expanded = max(factor * repeatability.measured, edges) / math.sqrt(d.count)
+        expanded = max(factor * spread.measured, edges) / math.sqrt(d.count)
         # Repeats that meet the samples at one phase have the error of their edges in common.
         u, expanded = max(u, alike), max(expanded, COVERAGE_FACTOR * alike)
         found.append(
             replace(
                 d,
                 u_pretravel=u,
-                expanded_pretravel=math.hypot(expanded, COVERAGE_FACTOR * u_step),
+                expanded_pretravel=math.hypot(expanded, COVERAGE_FACTOR * shared),
+                scatters_more=more,
                 u_hysteresis=math.hypot(u_hysteresis / shown, u_step),
                 expanded_hysteresis=math.hypot(
                     expanded_hysteresis / shown, COVERAGE_FACTOR * u_step
@@ -564,6 +582,12 @@ def _with_pooled_scatter(
             )
         )
     return found
+
+
+def _squares(direction: DirectionPerformance) -> float:
+    """Sum of squared residuals of the repeats of a direction. [mm²]"""
+    spread = direction.repeatability
+    return spread.measured**2 * spread.dof if spread.dof > 0.0 else 0.0
 
 
 def _hysteresis_scatter(groups: Mapping[str, Sequence[RigTouch]]) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from pretravel.laboratory.rig.budget import (
     length_budget,
     own_repeatability,
     rig_sources,
-    step_of_ruler,
+    shared_by_directions,
 )
 from pretravel.laboratory.rig.calibration import RigCalibration
 from pretravel.maps import DirectionSupport, Origin, PretravelMap, Provenance, TabulatedBasis
@@ -38,8 +38,9 @@ def rig_map(
     Returns
     -------
     PretravelMap
-        Linear between the directions. The repeatability of each direction is independent, the
-        rest of the budget is common to all directions.
+        Linear between the directions, with what this misses as `fixed_scatter`. The repeatability
+        of each direction is independent, that of the budget where none was measured; the rest of
+        the budget is common to all directions.
 
     Raises
     ------
@@ -55,26 +56,30 @@ def rig_map(
             "(rig_+Z_1)"
         )
     support = DirectionSupport(from_angles(np.array([d.polar for d in directions]), azimuths))
-    shared = (*rig_sources(components), *step_of_ruler(calibration))
+    shared = (*rig_sources(components), *shared_by_directions(calibration))
     common = length_budget(shared, abs(calibration.pretravel)).combined
-    own = [own_repeatability(calibration, d.count) for d in directions]
+    own = [own_repeatability(calibration, d) for d in directions]
+    stated = length_budget([c for c in components if c.repeatability], 0.0).combined
     # What uses a map takes k = 2: of few repeats, that of Student's t is in the standard deviation.
     variances = [
-        0.0
+        stated**2 / d.count
         if source is None
         else (coverage_factor(source.dof) / COVERAGE_FACTOR * source.constant) ** 2
-        for source in own
+        for d, source in zip(directions, own, strict=True)
     ]
     spread = calibration.repeatability
     known = math.isfinite(spread.value)
+    basis, means = TabulatedBasis(support), np.array([d.pretravel for d in directions])
+    covariance = Covariance.full(np.diag(variances) + common**2)
     return PretravelMap(
-        basis=TabulatedBasis(support),
-        coefficients=np.array([d.pretravel for d in directions]),
-        covariance=Covariance.full(np.diag(variances) + common**2),
+        basis=basis,
+        coefficients=means,
+        covariance=covariance,
         support=support,
         tip_radius=tip_radius,
-        repeatability=spread.value if known else 0.0,
+        repeatability=spread.value if known else stated,
         repeatability_dof=spread.dof if known else math.inf,
+        fixed_scatter=basis.u_between_nodes(means, covariance),
         feed=float(np.mean([t.feed for t in calibration.touches])),
         provenance=Provenance(
             Origin.CALIBRATED,

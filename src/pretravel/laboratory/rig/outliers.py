@@ -81,7 +81,8 @@ def outlying_rows(
     without the one tested, and the limit a quantile of Student's distribution for the level
     `FALSE_ALARM_LEVEL` over the number of touches. They are left out one after the other, the
     worst first; all repeats up to the last one that exceeds its limit are named, so that they do
-    not hide each other.
+    not hide each other. Where half of three or more touches of a direction exceed it, this
+    direction scatters more than others, and none of them is named.
 
     References
     ----------
@@ -96,6 +97,7 @@ def outlying_rows(
         _decided(step, values, groups, azimuths, floor)
         for step in _exceeding(repeated, lambda kept: _worst_repeat(values, groups, kept, floor))
     ]
+    named = _without_scattering_directions(named, groups)
     wrong = [row for outlier in named for row in outlier.rows]
     single = ~repeated & np.isfinite(azimuths)
     if np.any(single):
@@ -107,6 +109,17 @@ def outlying_rows(
             )
         ]
     return sorted(named, key=lambda outlier: -abs(outlier.distance))
+
+
+def _without_scattering_directions(
+    named: list[OutlyingRows], groups: IntArray
+) -> list[OutlyingRows]:
+    """Without touches of a direction of which half or more do not fit: this is how it scatters."""
+    rows = [row for outlier in named for row in outlier.rows]
+    count = np.bincount(groups[rows], minlength=int(groups.max()) + 1)
+    of_direction = np.bincount(groups)
+    scatters = (2 * count >= of_direction) & (of_direction > 2)
+    return [outlier for outlier in named if not scatters[groups[outlier.rows[0]]]]
 
 
 def _exceeding(

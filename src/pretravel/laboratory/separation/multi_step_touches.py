@@ -27,7 +27,7 @@ _ACROSS = 2.0 * DEGREE
 """Largest angle between a normal and the plane across the probe's axis. [rad]"""
 _SAME = 0.5 * DEGREE
 """Within which two azimuths are the same direction. [rad]"""
-_FEWEST = 6
+FEWEST_TOUCHED = 6
 """Directions around the circle: a circle takes three numbers of each setup."""
 _TURN = 2.0 * math.pi
 _SMALLEST = 0.2
@@ -140,7 +140,7 @@ def readings_of_touches(
     if inward:  # in a ring a late trigger makes the circle larger, on a sphere smaller
         errors = -errors
     machine, probe = direction + 1, np.mod(direction - shift[setup], count) + 1
-    circles = _circles(setup, np.asarray(first + direction * step))
+    circles = circles_of_setups(setup, np.asarray(first + direction * step))
     readings = MultiStepReadings(
         machine,
         probe,
@@ -164,10 +164,10 @@ def _directions(azimuth: FloatArray, touches: Touches) -> tuple[float, float, In
     order = np.sort(around)
     gaps = np.diff(np.append(order, order[0] + _TURN))
     count = int(np.sum(gaps > _SAME))
-    if count < _FEWEST:
+    if count < FEWEST_TOUCHED:
         raise PretravelError(
             f"the touches have {count} directions around the circle; a multi-step test needs "
-            f"{_FEWEST} or more, better 12 to 24"
+            f"{FEWEST_TOUCHED} or more, better 12 to 24"
         )
     step = _TURN / count
     # The phase of all directions together, on a circle of one step.
@@ -255,8 +255,15 @@ def _check_feeds(touches: Touches, setup: IntArray, orientations: FloatArray) ->
             )
 
 
-def _circles(setup: IntArray, azimuth: FloatArray) -> FloatArray:
-    """Derivatives of the readings by radius and centre of the circle of each setup, (n, 3 k)."""
+def circles_of_setups(setup: IntArray, azimuth: FloatArray) -> FloatArray:
+    """Derivatives of the readings by radius and centre of the circle of each setup, (n, 3 k).
+
+    Parameters
+    ----------
+    setup : (n,) int
+    azimuth : (n,) float
+        [rad]
+    """
     own = np.equal.outer(setup, np.unique(setup)).astype(np.float64)
     return np.concatenate(
         [own, own * np.cos(azimuth)[:, None], own * np.sin(azimuth)[:, None]], axis=1

@@ -33,6 +33,8 @@ READING_OUTLIER_LEVEL = 0.01
 """Probability that any reading of a good test is named (Bonferroni over all readings)."""
 _FEWEST_READINGS = 2  # of each direction that must be left
 _FEWEST_DOF = 10
+_LEAST_FREE = 0.43
+"""Share of degrees of freedom in the readings: below it a quarter of good tests had an outlier."""
 _ROUNDS, _FIT_ROUNDS = 4, 6
 _SUSPICION = 4.5  # standard deviations
 
@@ -69,6 +71,12 @@ class ReadingOutlier:
         )
 
 
+def enough_for_outliers(design: MultiStepDesign) -> bool:
+    """Whether readings leave enough degrees of freedom to tell a gross error from noise."""
+    count = len(design.row)
+    return count - design.rank >= max(_FEWEST_DOF, _LEAST_FREE * count)
+
+
 def outlying_readings(design: MultiStepDesign, errors: FloatArray) -> list[ReadingOutlier]:
     """Readings that the noise of the others does not explain, the largest error first.
 
@@ -90,15 +98,17 @@ def outlying_readings(design: MultiStepDesign, errors: FloatArray) -> list[Readi
     limits. A reading is named where the probability of its distance is less than
     `READING_OUTLIER_LEVEL` over the number of readings.
     """
-    count = len(errors)
-    if count - design.rank < _FEWEST_DOF:
+    if not enough_for_outliers(design):
         return []
     suspected = _first_suspects(design, errors)
     for _ in range(_ROUNDS):
         part = _part(design, np.flatnonzero(~suspected))
         if part is None:
             return []
-        distance, limits = _judged(design, part, errors, np.flatnonzero(~suspected))
+        judged = _judged(design, part, errors, np.flatnonzero(~suspected))
+        if judged is None:
+            return []
+        distance, limits = judged
         named = np.abs(distance) > limits
         if np.array_equal(named, suspected):
             break
@@ -126,13 +136,20 @@ def _first_suspects(design: MultiStepDesign, errors: FloatArray) -> BoolArray:
 
 def _judged(
     design: MultiStepDesign, part: MultiStepDesign, errors: FloatArray, rows: IntArray
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray] | None:
     """Distances of all readings from what a part of them predicts, and their limits. [mm]
+
+    None where the part is so small that it does not determine the scale of its own readings.
 
     The scales come from the part; the distribution of the noise comes from all readings, since
     without the largest ones its tails would seem light.
     """
-    total = design.incidence @ squared_scales(part, errors[rows])
+    try:
+        total = design.incidence @ squared_scales(part, errors[rows])
+    except PretravelError:  # the readings that are left do not determine all scales
+        return None
+    if not np.all(total[rows] > 0.0):
+        return None
     leverage = likelihood_information(design, total).leverage
     tails = noise_tails(design, errors, ReadingScale(total, leverage), gross=True)
     distance = _distances(

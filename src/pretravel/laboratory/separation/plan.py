@@ -18,6 +18,7 @@ from pretravel.base import (
     checked,
 )
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation.multi_step_touches import FEWEST_TOUCHED, circles_of_setups
 from pretravel.laboratory.separation.variances import direction_variance_uncertainty
 
 MOST_DIRECTIONS = 72
@@ -108,6 +109,27 @@ def variance_factor(directions: int, steps: tuple[int, ...], repeats: int) -> fl
     return direction_variance_uncertainty(readings, repeats)
 
 
+def touches_determine(directions: int, steps: tuple[int, ...], repeats: int) -> bool:
+    """Whether touches, of which the circle of each setup takes three numbers, determine variances.
+
+    Readings without circles need fewer orientations; fewer than six directions are not touched.
+
+    >>> touches_determine(8, (0, 1, 3), 1), touches_determine(8, (0, 1, 3), 2)
+    (False, True)
+    """
+    if directions < FEWEST_TOUCHED:
+        return True
+    machine, probe = turned_pairs(directions, steps)
+    setup = np.repeat(np.arange(len(steps)), directions)
+    angles = np.asarray(2.0 * np.pi / directions * (machine - 1), dtype=np.float64)
+    circles = circles_of_setups(setup, angles)
+    try:
+        readings = MultiStepReadings(machine, probe, np.zeros(len(machine)), circles=circles)
+        return math.isfinite(direction_variance_uncertainty(readings, repeats))
+    except PretravelError:
+        return False
+
+
 def best_steps(directions: int, orientations: int) -> tuple[int, ...]:
     """Orientations, each chosen to reduce the uncertainty of systematic errors most.
 
@@ -153,6 +175,7 @@ def plan_separation(
 
     Notes
     -----
+    Touches must determine the variances too: the circle of each setup takes three numbers.
     A new orientation costs more than a repeat, so that of tests with the same number of
     touches the one with fewer orientations is taken. But repeats in one orientation contribute
     less to variances than readings in another one, which combine more pairs.
@@ -248,6 +271,9 @@ def _fewest_repeats(
     while repeats <= MOST_REPEATS:
         if best is not None and len(steps) * repeats * wanted.directions >= best.readings:
             return None
+        if not touches_determine(wanted.directions, steps, repeats):
+            repeats += 1
+            continue
         relative = variance_factor(wanted.directions, steps, repeats)
         if wanted.u_variance is None or relative <= wanted.u_variance:
             u_error = single / math.sqrt(repeats)

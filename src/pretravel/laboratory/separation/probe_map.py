@@ -29,8 +29,8 @@ def separation_map(
     Returns
     -------
     PretravelMap
-        Linear between the directions. Its repeatability is that of a touch, machine and probe
-        together, on average over the pairs.
+        Linear between the directions, with what this misses as `fixed_scatter`. Its repeatability
+        is that of a touch, machine and probe together, on average over the pairs.
 
     Raises
     ------
@@ -60,21 +60,24 @@ def separation_map(
     support = DirectionSupport(from_angles(across, result.probe_azimuth))
     split, count = len(result.machines), len(result.probes)
     centred: FloatArray = np.eye(count) - 1.0 / count
-    covariance = centred @ result.error_covariance[split:, split:] @ centred.T
+    covariance = Covariance.full(centred @ result.error_covariance[split:, split:] @ centred.T)
     variance = float(result.machine_variance.mean() + result.probe_variance.mean())
+    basis, errors = TabulatedBasis(support), centred @ result.probe_error
     return PretravelMap(
-        basis=TabulatedBasis(support),
-        coefficients=centred @ result.probe_error,
-        covariance=Covariance.full(covariance),
+        basis=basis,
+        coefficients=errors,
+        covariance=covariance,
         support=support,
         tip_radius=tip_radius,
         repeatability=math.sqrt(max(variance, 0.0)),
         repeatability_dof=result.dof,
+        fixed_scatter=basis.u_between_nodes(errors, covariance),
         rotation=probe_rotation(axis, 0.0),
         provenance=Provenance(
             Origin.CALIBRATED,
             "separated from the machine by a multi-step test",
             touches=f"{len(result.residuals)} readings in {count} directions",
             gauge="pretravel is about its mean, which is in the effective radius of the tip",
+            level_known=False,
         ),
     )

@@ -29,7 +29,11 @@ from pretravel.laboratory.separation.multi_step_readings import (
     multi_step_design,
     weighted_residuals,
 )
-from pretravel.laboratory.separation.outliers import ReadingOutlier, outlying_readings
+from pretravel.laboratory.separation.outliers import (
+    ReadingOutlier,
+    enough_for_outliers,
+    outlying_readings,
+)
 from pretravel.laboratory.separation.variances import (
     equally_shared,
     least_squares_variances,
@@ -49,7 +53,12 @@ _ESTIMATES = {
 }
 COARSEST_READINGS = 5e-3
 """Coarser steps are refused: the errors of machine and probe are some micrometres. [mm]"""
+_NOT_SEARCHED = (
+    "gross errors were not searched: the readings are too few to distinguish them from noise. "
+    "Repeat readings, or add orientations"
+)
 _FEWEST_DOF = 4.0
+_BY_CHANCE = 0.01
 _CLEARLY = 2.0
 """Ratio of squared residuals of both senses that is not chance: without errors of the probe it is
 near one, as far off as the root of 8 / dof."""
@@ -300,22 +309,58 @@ def separate(
     design = multi_step_design(rows_of_readings(readings, used))
     check_connected(design)
     _check_dof(design)
+    searched = not search_outliers or enough_for_outliers(design)
     found = outlying_readings(design, readings.errors[used]) if search_outliers else []
     outliers = [replace(outlier, row=int(used[outlier.row])) for outlier in found]
     if outliers:
         used = np.setdiff1d(used, [outlier.row for outlier in outliers])
         design = multi_step_design(rows_of_readings(readings, used))
         _check_dof(design)
-    result = _with_step(_separation(design, readings.errors[used], method, repeated), readings.step)
+    result = _beyond_repeats(_separation(design, readings.errors[used], method, repeated), design)
+    result = _with_step(result, readings.step)
     ratio = _sense_ratio(rows_of_readings(readings, used), float(np.sum(result.residuals**2)))
     return replace(
         result,
+        notes=(*result.notes, *(() if searched else (_NOT_SEARCHED,))),
         sense_ratio=ratio,
         outliers=tuple(outliers),
         excluded=tuple(int(row) for row in excluded),
         machine_azimuth=frozen(readings.azimuths_of(result.machines)),
         probe_azimuth=frozen(readings.azimuths_of(result.probes)),
         used=rows_of_readings(readings, used),
+    )
+
+
+def _beyond_repeats(found: Separation, design: MultiStepDesign) -> Separation:
+    """With what repeats of a pair do not reduce, where it is beyond chance (F test).
+
+    An orientation that is off, or a drift between passes, is the same in all repeats of a pair.
+    """
+    from scipy.special import fdtrc
+
+    pair = design.row * design.size + design.column
+    _, place, count = np.unique(pair, return_inverse=True, return_counts=True)
+    means = np.bincount(place, found.residuals) / count
+    between, repeats = len(count) - design.rank, len(pair) - len(count)
+    if between < 1 or repeats < 1:
+        return found
+    within = float(np.sum((found.residuals - means[place]) ** 2))
+    of_pairs = float(np.sum(count * means**2)) / between
+    if fdtrc(between, repeats, of_pairs * repeats / max(within, 1e-24)) > _BY_CHANCE:
+        return found
+    mean = float(np.sum(found.residuals**2)) / found.dof
+    larger = of_pairs / mean * (coverage_factor(between) / coverage_factor(found.dof)) ** 2
+    off = math.sqrt(of_pairs / float(np.mean(count)))
+    words = (
+        f"repeats of a pair scatter by {math.sqrt(within / repeats) / MICROMETRE:.2g} µm, their "
+        f"means lie {off / MICROMETRE:.2g} µm (rms) from what errors of the directions explain: "
+        "something differs from pair to pair that repeats do not show, such as an orientation that "
+        "is off or a drift. u of the errors contains it"
+    )
+    return replace(
+        found,
+        error_covariance=frozen(larger * found.error_covariance),
+        notes=(*found.notes, words),
     )
 
 
@@ -483,6 +528,10 @@ def _notes(
     of_variances = (
         "the readings determine the variance of each pair of directions, but not the shares of "
         "machine and probe in it (the matrix of the variances is rank deficient by one). "
+    )
+    of_errors += (
+        ". The machine's errors contain the form of the reference, which does not turn with the "
+        "probe; their u does not"
     )
     notes = [of_errors, of_variances + _share_words(shares, variances)]
     if shares.negative:

@@ -33,6 +33,8 @@ from pretravel.uncertainty import Component, SphereFit, fit_sphere
 
 _SAME_ORIENTATION = 0.01  # ° of the spindle
 _SAME_DIRECTION = 2.0 * DEGREE
+_RELEVANT, _BY_CHANCE = 1e-3, 0.05
+"""Share of a variance that matters; probability of residuals beyond the repeats by chance."""
 _FEWEST, _ENOUGH = 4, 8
 """Directions of a circle: with fewer than eight, lobes of three count as an offset."""
 
@@ -261,7 +263,35 @@ def _components(circles: _Circles, found: TipOffset) -> list[tuple[str, FloatArr
         sources.append(
             ("differences between the runs", beyond * np.eye(2), 2.0 * (circles.runs - 1))
         )
+        by_lobes = _by_lobes(circles, found, variance / circles.runs, dof)
+        if float(np.trace(by_lobes)) > _RELEVANT * float(np.trace(by_touches)):
+            sources.append(("lobes, at unequal steps", by_lobes, math.inf))
     return sources
+
+
+def _by_lobes(circles: _Circles, found: TipOffset, variance: float, repeats: float) -> FloatArray:
+    """Covariance of the offset by three lobes of the probe, (2, 2). [mm²]
+
+    Directions at equal steps, eight or more, separate them from the centre; others do not. Their
+    size is that of the residuals beyond the variance of the means, which has the degrees of freedom
+    of the repeats; their phase is any, and they turn with the probe.
+    """
+    from scipy.special import fdtrc
+
+    dof = sum(fit.dof for fit in circles.fits)
+    square = sum(float(np.sum(fit.residuals**2)) for fit in circles.fits) / max(dof, 1)
+    if fdtrc(max(dof, 1), repeats, square / max(variance, 1e-18)) > _BY_CHANCE:
+        return np.zeros((2, 2))
+    shifts = []
+    for angle, fit, places in zip(circles.angles, circles.fits, circles.means, strict=True):
+        outward = places - fit.center
+        azimuth = np.arctan2(outward[:, 1], outward[:, 0])
+        circle = np.column_stack([np.cos(azimuth), np.sin(azimuth), np.ones(len(azimuth))])
+        lobes = np.exp(3j * (azimuth - angle))
+        both = np.column_stack([lobes.real, lobes.imag])
+        shifts.append((np.linalg.pinv(circle) @ both)[:2])
+    moved = found.carried[2:] @ np.vstack(shifts)
+    return np.asarray((square - variance) * moved @ moved.T)
 
 
 def _figures(

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _ALONG = np.array([0.0, 0.0, 1.0])
+_FOR_MULTIPLES = 96
+"""Directions from which the terms of a sphere have the highest orders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +123,7 @@ class HarmonicKind(KindOfMap):
     bases: ClassVar[tuple[type[MapBasis], ...]] = (HarmonicBasis,)
     prior_weight: ClassVar[float] = 0.35
     takes_axial_pretravel: ClassVar[bool] = True
+    takes_means: ClassVar[bool] = True
     fits_harmonics: ClassVar[bool] = True
 
     def weight_in_advance(self, fit: MapFit) -> float:
@@ -199,6 +202,16 @@ def _gauge(fit: HarmonicMapFit, axial_pretravel: float, u_pole: float, *, touche
     return gauge
 
 
+def _terms(observation: Observation) -> IntArray:
+    """Degrees and orders beyond mean and shift; of means at two orientations the even orders."""
+    count = observation.direction_count
+    if not observation.of_means:
+        return ring_terms() if observation.ring else sphere_terms(count)
+    # Six lobes and their multiples: nine azimuths show eighteen as another mean.
+    terms = ring_terms() if observation.ring else sphere_terms(max(count, _FOR_MULTIPLES))
+    return terms[terms[:, 1] % 2 == 0]
+
+
 def fit_harmonic(
     observation: Observation, amplitudes: Amplitudes | None = None, near: Amplitudes | None = None
 ) -> HarmonicMapFit:
@@ -223,7 +236,7 @@ def fit_harmonic(
         observation.values,
         observation.groups,
         observation.free_terms,
-        ring_terms() if observation.ring else sphere_terms(observation.direction_count),
+        _terms(observation),
         amplitudes,
         near,
     )

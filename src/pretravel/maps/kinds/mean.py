@@ -63,6 +63,7 @@ class MeanKind(KindOfMap):
     title: ClassVar[str] = "one radius for all"
     summary: ClassVar[str] = "one radius"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (MeanBasis,)
+    takes_means: ClassVar[bool] = True
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:
         del repeats

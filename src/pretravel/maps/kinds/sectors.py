@@ -78,6 +78,7 @@ class SectorsKind(KindOfMap):
     title: ClassVar[str] = "sector table"
     summary: ClassVar[str] = "a table"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (SectorBasis,)
+    takes_means: ClassVar[bool] = True
     needs_all_directions: ClassVar[bool] = True
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:

@@ -164,7 +164,7 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
                 Column.of("mean", [v.mean / MICROMETRE for v in values], "µm"),
                 Column.of("spread", [v.spread / MICROMETRE for v in values], "µm"),
             ),
-            title="Deviation from nominal before and after, which contains the form of the part"
+            title="Deviation from nominal before and after compensation, with the form of the part"
             if nominal
             else "Errors that simpler corrections would leave, according to the map (along the "
             "normal, positive out of the material)",

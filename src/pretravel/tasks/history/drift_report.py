@@ -190,8 +190,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
         count = len(drift.times) - drift.starts[-1]
         return (
             f"{after}no drift is detected. A change of the map by more than {limit} cannot be "
-            f"excluded (probability above 5 %): {count} days are too few to show a trend. Touch "
-            "on more"
+            f"excluded, its probability is above 5 %: {count} days are too few to show a trend. "
+            "Touch on more days"
         )
     return (
         f"{after}no drift is detected. A drift too small to be detected would reach {limit} {on} "
@@ -213,16 +213,31 @@ def _over(drift: DriftOverTime, time: float) -> bool:
 
 
 def _last_day_words(drift: DriftOverTime) -> str:
-    """That the last day alone is beyond the limit; empty where it is not."""
+    """That the last day, or an earlier one, alone is beyond the limit; empty where none is."""
     changed = drift.beyond_on_last_day()
     if changed is None:
-        return ""
+        return _one_day_words(drift)
     value = value_text(changed.values[-1], changed.unit, Digits(2, signed=True))
     u = value_text(changed.u[-1], changed.unit, decimals(2))
     return (
         f", but on the last day {changed.name} is {value} (u = {u}), and the change of the map is "
         f"above the limit of {value_text(drift.limit / MICROMETRE, 'µm')}: VERIFY AGAIN, and "
         "qualify if the change remains"
+    )
+
+
+def _one_day_words(drift: DriftOverTime) -> str:
+    """That one earlier day alone is beyond the limit; empty where none is."""
+    found = drift.beyond_on_one_day()
+    if found is None or any(one.course.kind == "random walk" for one in drift.last):
+        return ""
+    row, changed = found
+    value = value_text(changed.values[row], changed.unit, Digits(2, signed=True))
+    u = value_text(changed.u[row], changed.unit, decimals(2))
+    return (
+        f", but on {_date(drift.moments[row])} alone {changed.name} was {value} (u = {u}), and the "
+        f"change of the map above the limit of {value_text(drift.limit / MICROMETRE, 'µm')}: what "
+        "was measured then may be wrong"
     )
 
 
@@ -266,7 +281,7 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         over = _over(drift, early)
         remark += "" if over else _sooner(drift)
         date = (
-            "may have passed already, within the recorded days"
+            "may have passed already, during the recorded days"
             if over
             else _date(drift.moment(early))
         )
@@ -286,7 +301,8 @@ def _kind_words(one: QuantityCourse) -> str:
     words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
     course = one.course
     walking = (
-        f"; u {course.walking.slope[1]:.2g} if it moves at random from day to day"
+        f"; u of the trend {course.walking.slope[1]:.2g} if this quantity moves at random from "
+        "day to day"
         if course.may_walk
         else ""
     )

@@ -183,7 +183,7 @@ def cause_text(cause: LikelyCause) -> str:
     >>> cause_text(LikelyCause("spring preload", 0.9, -0.12, 0.03))
     'spring preload lower by 12 % (u = 3 %)'
     >>> cause_text(LikelyCause("unknown", 0.9))
-    'unknown, because no known cause has this pattern'
+    'none of the known causes, which have other patterns'
     """
     size = abs(cause.value)
 
@@ -220,7 +220,7 @@ def cause_text(cause: LikelyCause) -> str:
             "the touches; no fault of the probe. Let the machine warm up, and touch again"
         ),
         Cause.STEADIER: lambda: "less noise than in the touches of the map; no fault of the probe",
-        Cause.UNKNOWN: lambda: "unknown, because no known cause has this pattern",
+        Cause.UNKNOWN: lambda: "none of the known causes, which have other patterns",
         Cause.CHANCE: lambda: "chance: a false alarm",
     }
     return texts[cause.name]()

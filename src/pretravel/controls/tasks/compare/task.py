@@ -180,7 +180,10 @@ def _not_in_the_map(pretravel_map: PretravelMap) -> list[str]:
     said, made = [], pretravel_map.provenance
     size = unknown_size(pretravel_map)
     if size or not made.level_known:
-        why = size or "the mean pretravel is not known, because the tip's diameter was not given"
+        why = size or (
+            "the mean pretravel is not known: the map is about its mean, or the tip's diameter was "
+            "not given"
+        )
         said.append(f"{why}: the errors that the tip radius alone leaves are not known either")
     if is_reversal(made.orientation):
         said.append(

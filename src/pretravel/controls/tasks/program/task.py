@@ -153,7 +153,7 @@ def _pattern_help() -> str:
 class ProgramSphere(ProgramTask):
     """Touch a reference sphere in all directions, for pretravel qualify.
 
-    The centre of the sphere is the origin of the work offset (or --center), to about 1 mm.
+    Set the origin of the work offset to the centre of the sphere (or give --center), within 1 mm.
     """
 
     name = "program sphere"
@@ -436,8 +436,8 @@ class ProgramPart(ProgramTask):
     allow_misses: Annotated[
         bool,
         Field(
-            help="Continue after a touch without contact, except if the first touch or two touches "
-            "in a row have none."
+            help="Continue after a touch without contact; stop if the first touch has none, or "
+            "two in a row."
         ),
     ] = False
     leave_out: Annotated[bool, Field(help="Leave out targets that cannot be reached.")] = False

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.task import PAGES, SILENT, Field, ProbeName, Progress, Reported, Result, output
+from pretravel.design.tasks.described_probe import ProbeName
+from pretravel.task import PAGES, SILENT, Field, Progress, Reported, Result, output
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

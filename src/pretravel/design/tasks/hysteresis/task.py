@@ -7,15 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base import FRICTION, MICROMETRE, STEP
+from pretravel.design.tasks.described_probe import Azimuths, Polars, ProbeName
 from pretravel.task import (
     PAGES,
     SILENT,
     Angles,
-    Azimuths,
     Field,
     PolarAngles,
-    Polars,
-    ProbeName,
     Progress,
     Reported,
     Result,

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from pretravel.design.tasks.described_probe import ModelName
 from pretravel.task import (
     PAGES,
     SILENT,
     Field,
-    ModelName,
     Progress,
     Reported,
     Result,

@@ -8,23 +8,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base import FRICTION, STEP
+from pretravel.design.tasks.described_probe import Azimuths, Gravity, Polars, ProbeName, Workpiece
 from pretravel.prediction import MODELS
 from pretravel.task import (
     MAPS,
     PAGES,
     SILENT,
     Angles,
-    Azimuths,
     Field,
-    Gravity,
     PolarAngles,
-    Polars,
-    ProbeName,
     Progress,
     Reported,
     Result,
     ShownQuantity,
-    Workpiece,
     models,
     output,
 )

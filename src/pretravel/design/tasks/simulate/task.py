@@ -15,20 +15,18 @@ from pretravel.base import (
     NOISE,
     PretravelError,
 )
+from pretravel.design.tasks.described_probe import ContactModel, Gravity, Workpiece
 from pretravel.task import (
     PAGES,
     SILENT,
     Approach,
-    ContactModel,
     Field,
-    Gravity,
     InModes,
     PlacedPart,
     Progress,
     Reported,
     Result,
     When,
-    Workpiece,
     existing,
     is_map,
     is_probe,
@@ -194,7 +192,8 @@ class Simulate(PlacedPart, Reported):
         if self.machine is not None:
             touches = self._separated(simulated.touches, setup.to_part @ self._rotation(known))
             simulated = replace(simulated, touches=touches)
-        warnings = _warnings(shape, wanted, simulated.outcomes, failures)
+        axis = None if self.stem else setup.to_part @ self._rotation(known)[:, 2]
+        warnings = _warnings(shape, wanted, simulated.outcomes, failures, axis)
         return SimulatedPart(
             self, f"{name} on {self.surface}", shape, simulated, placement, tuple(warnings)
         )
@@ -308,7 +307,11 @@ class SimulatedPart(Result):
 
 
 def _warnings(
-    shape: Surface | Part, targets: Targets, outcomes: SurfaceTouches, failures: list[str]
+    shape: Surface | Part,
+    targets: Targets,
+    outcomes: SurfaceTouches,
+    failures: list[str],
+    unchecked: FloatArray | None,
 ) -> list[str]:
     """Warnings of faces that cannot be used, of targets that fail, and of doubtful targets."""
     from pretravel.design.probing.simulation import target_warnings
@@ -321,5 +324,5 @@ def _warnings(
             for number, reason in unreadable.items()
         ),
         *(f"left out: {sentence}" for sentence in failures),
-        *target_warnings(targets, outcomes),
+        *target_warnings(targets, outcomes, unchecked),
     ]

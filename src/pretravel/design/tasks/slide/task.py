@@ -7,17 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base import STEP
+from pretravel.design.tasks.described_probe import ContactModel, ProbeName, Workpiece
 from pretravel.task import (
     PAGES,
     SILENT,
-    ContactModel,
     Field,
     Pair,
-    ProbeName,
     Progress,
     Reported,
     Result,
-    Workpiece,
     is_shape,
     output,
     surface_files,

@@ -116,7 +116,7 @@ def _motions_table(alignment: Alignment) -> Table:
             Column.of("value at the part's origin", angles, digits=Digits(5)),
             Column.of("unit", ["mm"] * 3 + ["°"] * 3),
             Column.of(
-                "U at the middle of the touches",
+                "U at the middle of the touches (larger at the origin)",
                 [*(stated[:3] / MICROMETRE), *stated[3:]],
                 digits=Digits(3, True),
             ),
@@ -208,9 +208,9 @@ def _touches_to_look_at(alignment: Alignment) -> list[str]:
         )
         one = len(alone) == 1
         found.append(
-            f"no other touch checks {named}: the others of the face are too few or nearly on a "
-            f"line, so {'this touch' if one else 'each of these touches'} alone "
-            f"determines a motion. If {'it has' if one else 'one has'} a gross error, or hit "
+            f"nothing checks {named}: the other touches of the face are too few or nearly on a "
+            f"line, so one motion of the part depends on {'this touch' if one else 'each of them'} "
+            f"alone. If {'it has' if one else 'one has'} a gross error, or hit "
             "another face, nothing shows this. Touch again close to it"
         )
     return found
@@ -256,10 +256,10 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
     elif alignment.errors.excess > 0.0:
         found.append(
-            "the stated errors of the touches leave "
-            f"{alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation) of the residuals "
-            "unexplained: faces may be displaced, wavy or of another size, or touches may scatter "
-            "more than on the reference. u contains it"
+            "the residuals are larger than u of the touches explains, by "
+            f"{alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation): faces may be "
+            "displaced, wavy or of another size, or touches may scatter more than on the "
+            "reference. u of the placement contains this difference"
         )
     if not alignment.errors.map_is_stated:
         found.append(

@@ -200,7 +200,7 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
             Column.of("radius", radii, "mm", significant(3)),
             *(
                 Column.of(f"{name} {end}", ends, "", angle)
-                for axis, name in (("u", "parameter 1"), ("v", "parameter 2"))
+                for axis, name in (("u", "coordinate 1"), ("v", "coordinate 2"))
                 for end, ends in zip(
                     ("from", "to"),
                     _without_rounding(values[f"{axis}_from"], values[f"{axis}_to"]),
@@ -208,9 +208,8 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
                 )
             ),
         ),
+        title="A point on each face, far from its edges, the normal there, and the range of the "
+        "coordinates on the surface (mm on a plane, an angle in rad around an axis)",
         explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
-        "x, y, z: a point on the face, far from its edges; nx, ny, nz: "
-        "the normal there; radius: the smallest anywhere on the face, empty where it is flat; "
-        "parameters 1, 2: the range of the coordinates on the surface, in mm on a plane, as an "
-        "angle in rad around an axis.",
+        "radius: the smallest anywhere on the face, empty where it is flat.",
     )

@@ -25,6 +25,7 @@ from pretravel.drawing.tolerances.tolerances import (
     OpenTolerance,
     Together,
     decided_if_known,
+    is_far_from_nominal,
     refuse_other_nominal,
     refuse_other_unit,
 )
@@ -198,7 +199,21 @@ class DrawnFeatures:
             quantity,
             decided_if_known(decided, both[0]),
             self.task.u_machine_um * MICROMETRE,
+            _far_from_limits(quantity, limits, scale),
         )
+
+
+def _far_from_limits(
+    quantity: Quantity, limits: tuple[float, float], scale: float
+) -> tuple[str, ...]:
+    """That a distance or an angle cannot be the one that is meant."""
+    value = quantity.value / scale
+    nearest = max(limits[0], min(limits[1], value))
+    if not math.isfinite(nearest) or not is_far_from_nominal(nearest, value):
+        return ()
+    unit = "°" if quantity.angle else "mm"
+    said = f"the {quantity.name} is {abs(value - nearest):.3f} {unit} outside its limits"
+    return (f"{said}: are these its features, and was the tip radius subtracted once?",)
 
 
 def _refuse_same_touches(

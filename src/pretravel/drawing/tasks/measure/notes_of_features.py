@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import reduce
 from typing import TYPE_CHECKING
 
 from pretravel.base import DEGREE, MICROMETRE
@@ -24,6 +25,7 @@ from pretravel.drawing.tolerances.tolerances import (
     Together,
 )
 from pretravel.files import comparison_sentence
+from pretravel.measurement import PretravelLeft
 from pretravel.show import (
     Span,
     number_text,
@@ -212,7 +214,17 @@ def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
         if feature.association.dof < 1
     )
     warnings.extend(_of_features(features, lambda feature: feature.warnings))
-    return warnings
+    return warnings + _of_another_map(features)
+
+
+def _of_another_map(features: Sequence[MeasuredFeature]) -> list[str]:
+    """Residuals that follow the pretravel, of all features together or else of single ones."""
+    left = {shown_name(feature): feature.pretravel_left for feature in features}
+    left = {name: own for name, own in left.items() if own.dof}
+    said = reduce(PretravelLeft.joined, left.values(), PretravelLeft()).sentence()
+    if said:
+        return [f"{', '.join(left)}: {said}"]
+    return [f"{name}: {said}" for name, own in left.items() if (said := own.sentence())]
 
 
 def _of_features(

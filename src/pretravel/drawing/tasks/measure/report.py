@@ -42,6 +42,7 @@ from pretravel.drawing.tasks.measure.verdict_of_features import (
     shown_name,
     verdict_of,
 )
+from pretravel.drawing.tolerances.sizes_alike import sizes_alike
 from pretravel.drawing.tolerances.tolerances import (
     InspectedFeature,
     OpenTolerance,
@@ -129,7 +130,7 @@ def features_document(
             *notes_of(measured, [conformity for *_, conformity in decided], statements),
             *notes_on_datums(features, together),
         ),
-        warnings=(*warnings, *warnings_of(measured)),
+        warnings=(*warnings, *warnings_of(measured), *sizes_alike(features)),
         budgets=budgets,
         data=(
             *([lines_data(lines)] if lines else []),

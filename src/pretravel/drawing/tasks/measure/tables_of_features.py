@@ -163,12 +163,12 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
         rows,
         explanation="Uncompensated: with the tip radius alone. u: standard uncertainty of the "
         "compensated value. U = k u, with k = 2, or larger if u has few degrees of freedom (few "
-        "residuals). 'At least' and 'at most' are 95 % bounds, of a form (at the touched points) "
-        "or a distance near zero. U of these is the difference between the value and the farther "
-        "bound. "
-        "The measured range contains the errors of the points. If these errors alone can explain a "
-        "form or a distance near zero, only 'at most' is given. This bound can be larger than "
-        "the measured range, because the errors may hide a part of the form.",
+        "residuals). A form (at the touched points) and a distance near zero have 95 % bounds, 'at "
+        "least' and 'at most'; their U is the difference between the value and the farther bound. "
+        "The measured range, from the lowest to the highest point, contains the errors of the "
+        "points. If these errors alone can explain a form or a distance near zero, only 'at most' "
+        "is given. This bound can be larger than the measured range, because the errors may hide a "
+        "part of the form.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 
@@ -315,7 +315,7 @@ def budget_section(inspected: InspectedFeature) -> Section:
                       remark="mean range of points on a perfect surface"),
             KeyFigure("noise subtracted", (form.measured - form.value) / MICROMETRE, "µm",
                       remark=f"from the {measured}, for the errors of the points" if form.value
-                      else f"which is the whole {measured}: the errors of the points explain it"),
+                      else f"all of the {measured}: the errors of the points alone can explain it"),
         ),
         tables=(table,),
         detail=True,

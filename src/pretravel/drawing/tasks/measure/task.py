@@ -169,12 +169,12 @@ class Measure(LaboratoryReport):
     size_tolerance: Annotated[
         ToleranceText | None,
         Field(
-            help="Limits of the diameter, in mm (20.000..20.021, 20.. or ..20.021; with --nominal "
-            "also +0.021/0 or ±0.01).",
+            help="Limits of the diameter, in mm (20.000..20.021, 20.., ..20.021 or 20H7; with "
+            "--nominal also +0.021/0 or ±0.01).",
             option="--tolerance",
             metavar="LIMITS",
             label="Tolerance of the diameter",
-            hint="20.000..20.021, 20.. or ..20.021",
+            hint="20.000..20.021, 20.., ..20.021 or 20H7",
             without=("drawing",),
         ),
     ] = None
@@ -540,11 +540,12 @@ class Measure(LaboratoryReport):
         from pretravel.drawing.tasks.measure.drawn_features import DrawnFeatures
         from pretravel.drawing.tasks.measure.features_of_points import (
             far_from_nominal,
-            far_from_place,
+            far_from_places,
             inspected,
             kinds_of,
             nominals_of,
             of_no_feature,
+            other_axes,
             points_at_targets,
         )
         from pretravel.drawing.tasks.measure.missed import without_missed
@@ -567,6 +568,7 @@ class Measure(LaboratoryReport):
             if not len(mine):
                 drawn.reasons[row.name] = f"no touch is on {faces_words(row.faces)}"
                 continue
+            far: list[str] = []
             try:
                 if row.targets or row.target_lines:
                     mine = points_at_targets(mine, row)
@@ -574,14 +576,18 @@ class Measure(LaboratoryReport):
                 drawn.found[row.name] = inspected(row.name, kept, task)
             except PretravelError as error:
                 if not row.faces:
-                    raise
+                    raise PretravelError(
+                        "; ".join([str(error), *far]), inputs=error.inputs
+                    ) from None
                 drawn.reasons[row.name] = str(error).removeprefix(f"{row.name}: ")
                 continue
             said += far
             nominals |= nominals_of([drawn.found[row.name]], task, row.nominal)
             said += far_from_nominal(drawn.found[row.name].feature, row)
-            said += far_from_place(drawn.found[row.name].feature, task.at)
         features, together = drawn.decide()
+        found = {name: own.feature for name, own in drawn.found.items()}
+        said += far_from_places(found, {name: wanted.tasks[name].at for name in found})
+        said += other_axes(found, {name: wanted.tasks[name].axis for name in found})
         nominals |= {
             (", ".join(row.features), row.quantity): row.nominal
             for row in drawing.between if row.nominal is not None

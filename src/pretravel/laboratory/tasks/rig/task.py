@@ -395,14 +395,17 @@ class CalibratedRig(Result):
         from pretravel.laboratory.rig.budget import budget_doubts, repeatability_doubts
         from pretravel.laboratory.rig.scale import scale_doubts
         from pretravel.laboratory.rig.trace import notes_of_touches
+        from pretravel.maps import doubts_between
         from pretravel.touches import coarse_warnings
 
+        around = [d.azimuth for d in self.calibration.directions if d.across]
         return [
             *notes_of_touches(self.touches),
             *budget_doubts(self.components),
             *(() if self.checked is None else scale_doubts(self.checked)),
             *repeatability_doubts(self.calibration, self.components),
             *coarse_warnings(self.calibration.step),
+            *(() if self.task.map_file is None else doubts_between(around)),
         ]
 
     def document(self) -> Document:
@@ -420,6 +423,7 @@ class CalibratedRig(Result):
     def with_warnings(self, warnings: Sequence[str] = ()) -> Document:
         """The report with warnings of the caller."""
         from pretravel.laboratory.tasks.rig.report import rig_document, with_scale_check
+        from pretravel.maps import TIP_AS_STATED
         from pretravel.task import with_laboratory
 
         stated = [*self.notes, *warnings]
@@ -427,6 +431,8 @@ class CalibratedRig(Result):
             self.calibration, self.budget, self.traces, warnings=stated, forces=self.forces
         )
         report = with_scale_check(report, self.checked)
+        if self.task.map_file is not None:
+            report = replace(report, notes=(*report.notes, TIP_AS_STATED))
         return with_laboratory(report, self.statements)
 
     def certificate(self, warnings: Sequence[str] = ()) -> Document:

@@ -264,15 +264,19 @@ class SeparatedErrors(Result):
     def document(self) -> Document:
         """The report, with what the laboratory states."""
         from pretravel.laboratory.tasks.separate.report import separation_document
+        from pretravel.maps import TIP_AS_STATED, doubts_between
         from pretravel.task import with_laboratory
 
         task = self.task
+        between = doubts_between(self.separation.probe_azimuth) if task.map_file else ()
         report = separation_document(
             self.separation,
             readings_name=task.files[0].name,
             pairs=task.pair,
-            warnings=[*self.warnings, *task.statement_warnings()],
+            warnings=[*self.warnings, *between, *task.statement_warnings()],
         )
+        if task.map_file is not None:
+            report = replace(report, notes=(*report.notes, TIP_AS_STATED))
         return with_laboratory(report, self.statements)
 
     def write(self, output: str, path: Path) -> None:
