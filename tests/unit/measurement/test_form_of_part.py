@@ -262,6 +262,22 @@ def test_shapes_leave_the_whole_surface_where_it_is(kind: str) -> None:
         assert np.mean(np.sum(family.columns**2, axis=1)) == pytest.approx(1.0, rel=0.2)
 
 
+def test_a_twist_that_touches_along_two_edges_hide_is_named() -> None:
+    """x y is a plane on the edges x = -1 and y = -1: 42 % of simulated planes were in U."""
+    edge = np.linspace(-1.0, 1.0, 4)
+    two_edges = np.vstack(
+        [np.column_stack([edge, -np.ones(4)]), np.column_stack([-np.ones(4), edge])]
+    )
+    grid = np.array([[x, y] for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0)])
+    for places, named in ((two_edges, True), (grid, False)):
+        at = np.column_stack(
+            [40.0 * places[:, 0], 25.0 * places[:, 1], 5.0 * UM * places.prod(axis=1)]
+        )
+        plane = measure_feature(feature_points(at, np.tile(Z, (len(at), 1)), shared={}), "plane")
+        assert (np.ptp(plane.association.residuals) < 1e-6) == named
+        assert ("cannot reveal a form of bow or twist" in " ".join(plane.warnings)) == named
+
+
 def test_bows_of_both_sides_of_a_slot_are_in_u() -> None:
     """c P2(x) leaves a whole side where it is, and moves it by c / 2 at three steps: U was 5 µm."""
     x, z = (each.ravel() for each in np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]))

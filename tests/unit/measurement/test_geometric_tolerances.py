@@ -166,15 +166,18 @@ class TestInClosedForm:
 
     @pytest.mark.parametrize("datum", ["", "h1"])
     def test_circles_at_nearly_one_height_are_not_turned_over(self, datum: str) -> None:
-        """Heights that differ by 2 to 6 µm: turns of the frame by a radian took up 10 to 40 µm."""
-        placed = {}
+        """Heights that differ by µm: turns of the frame by a radian took up 40 µm.
+
+        About h1, half a metre from the origin, h3 is turned by 0.7 mrad: 0.1 µm by the origin.
+        """
+        placed, far = {}, np.array([500.0, 0.0, 0.0])
         for name, at, height in (
             ("h1", (10.0, 10.0), 0.006), ("h2", (50.0, 10.0), -0.004), ("h3", (30.0, 29.96), 0.002)
         ):  # fmt: skip
-            there = 4.0 * OUTWARD + np.array([*at, height])
+            there = 4.0 * OUTWARD + np.array([*at, height]) + far
             points = feature_points(there, -OUTWARD, shared={}, own=1e-6)
             feature = measure_feature(points, "bore", axis=(0.0, 0.0, 1.0), label=name)
-            nominal = np.round([*at, 0.0])
+            nominal = np.round([*at, 0.0]) + far
             placed[name] = PlacedFeature(feature, nominal, np.array([0.0, 0.0, 1.0]), 8.0)
         # The best fit of the three bores above; about h1, only the distance from it remains.
         apart = 2.0 * (np.hypot(20.0, 20.0) - np.hypot(20.0, 19.96))

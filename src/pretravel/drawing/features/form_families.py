@@ -82,7 +82,13 @@ def _flat(kind: str, found: Association) -> tuple[Family, ...]:
 def _of_orders(along: Sequence[FloatArray]) -> tuple[Family, ...]:
     names = {2: "bow and twist", 3: "wave of third order", 4: "wave of fourth order"}
     return tuple(
-        Family(names[order], _polynomials(along, order, order), 1.0 / order) for order in _ORDERS
+        Family(
+            names[order],
+            _polynomials(along, order, order),
+            1.0 / order,
+            in_parts="bow or twist" if order == 2 and len(along) == 2 else "",
+        )
+        for order in _ORDERS
     )
 
 

@@ -30,6 +30,7 @@ _NOT_EXCLUDED = 0.05  # probability of roughness alone, from which U covers it b
 _SIZES = 24  # of the form of a part that are tried
 _UNLIKELY = 0.03  # of the residuals: smaller forms and errors would not leave them
 _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
+_SEEN_AT_ALL = 0.1  # of the largest shape of a family
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
 _MOST_FILLED = 0.5  # largest share of the degrees of freedom that a feature's family takes
 _FAR_BEYOND = 3.0  # times the errors: residuals from which it matters what they are
@@ -64,12 +65,15 @@ class Family:
         Probability before the touches, in relation to that of the other families.
     face : (n,) int, optional
         Of each touch, where each shape is that of one face.
+    in_parts : str
+        What to call single shapes of it that the touches cannot show, where these are named too.
     """
 
     name: str
     columns: Shapes
     share: float = 1.0
     face: IntArray | None = None
+    in_parts: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,12 +223,13 @@ class FormOfPart:
         if not self.hidden:
             return ""
         counts = " or ".join(", ".join(map(str, lobes)).rsplit(", ", 1))
+        of_what = "size" if lobes else "size, direction"
         where = "these places" if self.place is None else f"{int(self.place.max()) + 1} places"
         words = [f"{counts} lobes"] if lobes else []
         words += [text for text in self.hidden if not text.endswith(" lobes")]
         return (
             f"{touches} touches at {where} cannot reveal a form of {' or '.join(words)}, "
-            f"which would appear as an error of {'size' if lobes else 'direction'} or position. U "
+            f"which would appear as an error of {of_what} or position. U "
             "does not contain it, because such a form leaves no residuals here. If the part may "
             "have it, touch more places at unequal steps"
         )
@@ -335,6 +340,8 @@ def form_of_part(
     spectra = [_Spectrum.of(each, basis, residuals) for each in tried]
     seen = [each.visible >= _VISIBLE for each in spectra]
     hidden = tuple(each.name for each, is_in in zip(tried, seen, strict=True) if not is_in)
+    partly = (each for each, is_in in zip(tried, seen, strict=True) if is_in and each.in_parts)
+    hidden += tuple(each.in_parts for each in partly if _least_visible(each, basis) < _VISIBLE)
     # Shapes of one size that fill the residuals are not distinguished from roughness. Those of a
     # correlation length are of many sizes.
     fills = [
@@ -463,6 +470,14 @@ class _Spectrum:
             variances.append(size[kept] ** 2)
             squares.append((u[:, kept].T @ residuals[rows]) ** 2)
         return cls(np.concatenate(variances), np.concatenate(squares), 1.0)
+
+
+def _least_visible(family: Family, basis: FloatArray) -> float:
+    """Least share that the residuals show of a shape which the touches see at all."""
+    u, size, _ = np.linalg.svd(family.columns, full_matrices=False)
+    own = u[:, size > _SEEN_AT_ALL * size.max(initial=0.0)]
+    left = own - basis @ (basis.T @ own)
+    return float(np.linalg.svd(left, compute_uv=False).min(initial=1.0) ** 2)
 
 
 _ROUGH_ALONE = _Spectrum(np.zeros(0), np.zeros(0), 1.0)

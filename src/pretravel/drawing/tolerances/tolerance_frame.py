@@ -253,8 +253,13 @@ class Frame:
         if not moves.any():
             return self, False
         motion = free @ (v[moves].T @ ((u[:, moves].T @ change) / size[moves]))
-        after = replace(self.system, placement=self.system.placement.moved(motion))
-        step = Placement().moved(motion)
+        # As a screw, whose axis stays: what a datum holds stays there after a finite turn, too.
+        shift, turn = motion[:3], motion[3:]
+        square = max(float(turn @ turn), 1e-300)
+        along = np.append(turn * float(turn @ shift) / square, turn)
+        screw = (along, np.cross(turn, shift) / square) if turn.any() else (motion,)
+        after = replace(self.system, placement=self.system.placement.moved(*screw))
+        step = Placement().moved(*screw)
         turned = None if self.direction is None else step.vectors(self.direction[None])[0]
         there = Frame(after, step.points(self.point[None])[0], turned)
         return there, float(np.linalg.norm(motion[3:])) > _SMALL_TURN
