@@ -362,7 +362,7 @@ def _checked(content: dict[str, Any]) -> dict[str, Any]:
     if content.get("schema") == TIPS_SCHEMA:
         raise PretravelError(
             "this file has the maps of several tips, and a map of one tip is needed: qualify the "
-            "touches of this tip alone, by its name"
+            "touches of this tip alone, with its name, its diameter and its axis (tip to hub)"
         )
     if content.get("schema") != SCHEMA:
         raise PretravelError(

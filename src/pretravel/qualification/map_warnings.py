@@ -38,6 +38,8 @@ _WALLS = 80.0 * DEGREE
 """Touches that do not reach this polar angle say nothing of the walls of a part. [rad]"""
 _USUAL_GAP = 100.0 * DEGREE
 """Largest usual gap between azimuths: patterns have four azimuths or more. [rad]"""
+_UNKNOWN_SIZE = 20.0 * MICROMETRE
+"""Standard uncertainty of a constant from which a map is relative to its mean. [mm]"""
 _BEFORE_CONTACT = 1.0 * MICROMETRE
 """What the diameters of a reference and a tip can be wrong by, as calibrated. [mm]"""
 
@@ -135,7 +137,7 @@ def map_warnings(
         )
     directions, value, u = pretravel_map.over_support()
     highest = int(np.argmax(value))
-    before = before_contact(pretravel_map, tip_known=observation.tip_known)
+    before = before_contact(pretravel_map, observation)
     found += filter(None, [before, axis_note(pretravel_map)])
     if value[highest] > IMPLAUSIBLE_PRETRAVEL:
         found.append(
@@ -153,18 +155,19 @@ def map_warnings(
     return found
 
 
-def before_contact(pretravel_map: PretravelMap, *, tip_known: bool) -> str:
+def before_contact(pretravel_map: PretravelMap, observation: Observation) -> str:
     """A sentence if the probe would trigger before contact by this map; else empty.
 
     Parameters
     ----------
     pretravel_map : PretravelMap
-    tip_known : bool
-        Else the map is relative to its mean.
+    observation : Observation
+        Where tip or reference have no known size, the map is relative to its mean.
     """
     directions, value, u = pretravel_map.over_support()
     lowest = int(np.argmin(value))
-    if not tip_known or value[lowest] >= -_BEFORE_CONTACT - 3.0 * u[lowest]:
+    known = observation.tip_known and observation.u_constant < _UNKNOWN_SIZE
+    if not known or value[lowest] >= -_BEFORE_CONTACT - 3.0 * u[lowest]:
         return ""
     return (
         f"pretravel falls to {value[lowest] / MICROMETRE:.1f} µm at "

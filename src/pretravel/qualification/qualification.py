@@ -213,7 +213,7 @@ class Qualification(ShownInNotebooks, WithPlot):
     @property
     def before_contact(self) -> str:
         """A sentence where the map has the probe trigger before contact; else empty."""
-        return before_contact(self.pretravel_map, tip_known=self.fit.observation.tip_known)
+        return before_contact(self.pretravel_map, self.fit.observation)
 
     @property
     def grade(self) -> Grade | None:
