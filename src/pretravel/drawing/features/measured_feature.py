@@ -399,11 +399,7 @@ def measure_feature(
                 f"the nominal position needs x, y, z; its shape is {nominal.shape}", inputs=("at",)
             )
     plain = not np.isfinite(points.normals).any()
-    if kind in ("line", "plane") and not plain and (axis is None or association == TANGENT):
-        axis = _unless_zero(np.asarray(points.normals.mean(axis=0)))
-    if kind == "slot" and not plain and axis is None:
-        axis = np.linalg.svd(points.normals, full_matrices=False)[2][0]
-    if kind in ("cylinder", "cone") and not plain and axis is None:
+    if not plain and (axis is None or (association == TANGENT and kind in ("line", "plane"))):
         axis = _axis_of_normals(points.normals, kind)
     if kind == BARE_SURFACE:
         if plain:
@@ -495,12 +491,19 @@ def _unless_zero(vector: FloatArray) -> FloatArray | None:
 
 
 def _axis_of_normals(normals: FloatArray, kind: str) -> FloatArray | None:
-    """The axis to which the normals are at one angle; None where they do not show it.
+    """What the normals say of the direction of a feature; None where they do not show it.
 
     A few touches lie on several cylinders: six at two heights, turned by 60°, on two more.
     """
-    left = normals if kind == "cylinder" else normals - normals.mean(axis=0)
+    normals = normals[np.isfinite(normals).all(axis=1)]
+    if kind in ("line", "plane"):
+        return _unless_zero(np.asarray(normals.mean(axis=0)))
+    if kind not in ("slot", "cylinder", "cone"):
+        return None
+    left = normals - normals.mean(axis=0) if kind == "cone" else normals
     _, size, axes = np.linalg.svd(left, full_matrices=False)
+    if kind == "slot":
+        return np.asarray(axes[0])
     if len(size) < 3 or size[1] < _TANGENTIAL * size[0]:
         return None
     return np.asarray(axes[2] * np.sign(axes[2][np.argmax(np.abs(axes[2]))]))
