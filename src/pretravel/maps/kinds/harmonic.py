@@ -209,7 +209,7 @@ def _terms(observation: Observation) -> IntArray:
         return ring_terms() if observation.ring else sphere_terms(count)
     # Six lobes and their multiples: nine azimuths show eighteen as another mean.
     terms = ring_terms() if observation.ring else sphere_terms(max(count, _FOR_MULTIPLES))
-    return terms[terms[:, 1] % 2 == 0]
+    return np.asarray(terms[terms[:, 1] % 2 == 0])
 
 
 def fit_harmonic(
