@@ -19,6 +19,8 @@ from pretravel.qualification.series_breaks import Break, breaks_of
 from pretravel.qualification.series_courses import Course, DueDate, course_of, due_date
 from pretravel.qualification.time_series import FEWEST_VALUES, series_of
 
+_SURE = 4.0
+"""Standard uncertainties that one of many days and quantities is beyond the limit, to be named."""
 _SECONDS_PER_DAY = 86400.0
 
 
@@ -159,7 +161,7 @@ class DriftOverTime:
         if not self.starts[-1]:
             start = {one.name: 0.0 for one in self.quantities} | start
         for one in self.quantities:
-            change = abs(one.values[row] - start.get(one.name, math.nan)) - 2.0 * one.u[row]
+            change = abs(one.values[row] - start.get(one.name, math.nan)) - _SURE * one.u[row]
             if change * one.share > self.limit:
                 return one
         return None

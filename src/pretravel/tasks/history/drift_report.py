@@ -243,9 +243,11 @@ def _one_day_words(drift: DriftOverTime) -> str:
 
 def _sooner(drift: DriftOverTime) -> str:
     """The earliest date if a quantity walks at random, where that is another day."""
-    _, early = drift.first_due(early=True)
+    first, early = drift.first_due(early=True)
     walking = _date(drift.moment(drift.earliest_if_walking))
-    return "" if walking == _date(drift.moment(early)) else f"; {walking} if it moves at random"
+    if first is None or walking == _date(drift.moment(early)):
+        return ""
+    return f"; {walking} if the {first.quantity.name} moves at random"
 
 
 def _movement(one: QuantityCourse) -> str:

@@ -197,7 +197,7 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
             Column.of("type", values["type"]),
             *(Column.of(axis, values[f"{axis}_mm"], "mm") for axis in "xyz"),
             *(Column.of(f"n{axis}", values[f"n{axis}"], "", signed_decimals(2)) for axis in "xyz"),
-            Column.of("radius", radii, "mm", significant(3)),
+            Column.of("smallest radius", radii, "mm", significant(3)),
             *(
                 Column.of(f"{name} {end}", ends, "", angle)
                 for axis, name in (("u", "coordinate 1"), ("v", "coordinate 2"))
@@ -211,5 +211,5 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
         title="A point on each face, far from its edges, the normal there, and the range of the "
         "coordinates on the surface (mm on a plane, an angle in rad around an axis)",
         explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
-        "radius: the smallest anywhere on the face, empty where it is flat.",
+        "smallest radius: of curvature, anywhere on the face; empty where it is flat.",
     )
