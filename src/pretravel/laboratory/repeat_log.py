@@ -148,7 +148,7 @@ def read_repeats(
             raise
         log = _checked(file, *_repeated(counted[0]), "the column of heights", counted[1])
         return _named(file, log, options.series)
-    if known in (CSV, PARQUET) and (one := _one_coordinate(file, options)) is not None:
+    if known in (CSV, PARQUET) and (one := _one_coordinate(file, options, axis)) is not None:
         return _named(file, one, options.series)
     looking = replace(options, anywhere=True, look_only=True, plan=None, series=())
     if known.name == "g2core" and options.offset is None:
@@ -168,6 +168,7 @@ def read_repeats(
     if isinstance(found, FilePositions):
         log = _of_positions(file, found, axis, warnings)
     else:
+        _refuse_other_axis(file, axis, found.touches.normals)
         log = _of_touches(file, found, (*warnings, *found.notes()))
     return _named(file, log, named)
 
@@ -196,12 +197,29 @@ def _of_columns(file: SourceFile, options: ReadingOptions) -> RepeatLog | None:
     return _checked(file, *_repeated(series), along, (*told, *_between_passes(series)))
 
 
-def _one_coordinate(file: SourceFile, options: ReadingOptions) -> RepeatLog | None:
+_ALONG = 0.9
+"""Component of a normal along an axis from which touches went along it."""
+
+
+def _refuse_other_axis(file: SourceFile, axis: MachineAxis | None, normals: FloatArray) -> None:
+    """Refuse an axis along which the touches of the file did not go."""
+    if axis is not None and np.any(np.abs(normals[:, _AXES.index(axis)]) < _ALONG):
+        shown = ", ".join(f"{part:.4g}" for part in normals[0])
+        raise file.error(
+            f"the touches went along their normal ({shown}), not along {axis}: leave the axis out",
+            inputs=("axis",),
+        )
+
+
+def _one_coordinate(
+    file: SourceFile, options: ReadingOptions, axis: MachineAxis | None
+) -> RepeatLog | None:
     """A table with one of the three coordinates, in addition to a running number or differences."""
     table = read_touch_columns(file, replace(options, look_only=True)).table
     there = [axis for axis in _AXES if table.has(f"{axis}_mm")]
     if len(there) != 1:
         return None
+    _refuse_other_axis(file, axis, np.eye(3)[[_AXES.index(there[0])]])
     found_columns = read_touch_columns(file, options)
     found = found_columns.table
     values, lines = found.numbers(f"{there[0]}_mm")[:, 0], np.array(found.lines)

@@ -192,3 +192,12 @@ def test_a_comment_that_changes_heights_is_refused() -> None:
         read_repeats(_log(lines.format("units: inch")))
     (told,) = read_repeats(_log(lines.format("after lunch"))).warnings
     assert "line 7 '# after lunch'" in told
+
+
+def test_an_axis_that_the_file_contradicts_is_refused() -> None:
+    """It was ignored, and the heights were evaluated along z."""
+    heights = "".join(f"Recv: // probe at 100.000,100.000 is z={z:.6f}\n" for z in HEIGHTS)
+    log = _log(f"Recv: // PROBE_ACCURACY at X:100.000 Y:100.000 Z:5.000 (samples=5)\n{heights}")
+    assert read_repeats(log, axis="z").series[0].values == pytest.approx(HEIGHTS)
+    with pytest.raises(InputError, match="along their normal .0, 0, 1., not along x: leave"):
+        read_repeats(log, axis="x")
