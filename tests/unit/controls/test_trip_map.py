@@ -94,3 +94,12 @@ def test_the_sample() -> None:
     file = SourceFile("a.csv", TRIP_MAP_FILE.encode())
     assert TRIP_MAP.parse is not None
     assert len(TRIP_MAP.parse(file, TRIP_MAP_OPTIONS).touches) == 6
+
+
+def test_positions_count_from_any_origin() -> None:
+    """Of the machine; it was refused, and unit and diameters were called wrong."""
+    x, y = _around(FREE + TRAVEL)
+    file = _table("Angle,Trip X mm,Trip Y mm", ANGLE, x + 100.0, y + 200.0)
+    assert TRIP_MAP.parse is not None
+    touches = TRIP_MAP.parse(file, OPTIONS).touches
+    assert touches.positions[:, :2] == pytest.approx(np.stack([x + 100.0, y + 200.0], axis=1))

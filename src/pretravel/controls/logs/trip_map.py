@@ -28,6 +28,7 @@ from pretravel.files import (
     unit_of,
 )
 from pretravel.touches import Touches
+from pretravel.uncertainty import fit_sphere
 
 _ANGLES = ("angle", "azimuth", "degree", "degrees", "deg", "theta", "direction")
 _MOST_TITLES = 60
@@ -224,9 +225,12 @@ def _touches(file: SourceFile, options: ReadingOptions) -> FileReadings:
         )
     outward = np.stack([np.cos(found.azimuth), np.sin(found.azimuth)], axis=1)
     free = 0.5 * options.reference_diameter - options.tip_radius
-    from_middle = found.trip
     how = "trips as positions"
-    if found.positions is None:
+    if found.positions is not None:
+        # The origin of the machine's axes need not be the middle of the ring.
+        middle = fit_sphere(found.positions).center
+        from_middle = np.sum((found.positions - middle) * outward, axis=1)
+    else:
         inside = bool(np.nanmax(np.abs(found.trip)) < _LONGEST)
         from_middle = found.trip + (free if inside else 0.0)
         how = "trips beyond the wall" if inside else "trips as distances from the middle"
