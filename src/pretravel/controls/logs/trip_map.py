@@ -220,7 +220,8 @@ def _touches(file: SourceFile, options: ReadingOptions) -> FileReadings:
     found = read_trip_map(file, options.units)
     if not options.ring or options.reference_diameter is None or options.tip_radius is None:
         raise file.error(
-            "a trip map is of a ring: its diameter and that of the tip make touches of it",
+            "a trip map is of a ring: qualify and verify make touches of it, with the diameters of "
+            "ring and tip",
             inputs=("ring", "diameter", "tip_diameter"),
         )
     outward = np.stack([np.cos(found.azimuth), np.sin(found.azimuth)], axis=1)
