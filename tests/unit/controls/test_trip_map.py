@@ -70,7 +70,7 @@ def test_what_the_way_back_says() -> None:
     ("file", "options", "reason"),
     [
         (_table("angle,trip,untrip", ANGLE, TRAVEL, BACK), OPTIONS, "line 3: the column trip does"),
-        (_table("angle,trip mm", ANGLE, TRAVEL), ReadingOptions(), "diameter and that of the tip"),
+        (_table("angle,trip mm", ANGLE, TRAVEL), ReadingOptions(), "diameters of ring and tip"),
         (_table("angle,trip mm", ANGLE, FREE + 9.0 + TRAVEL), OPTIONS, "line 5: the trip is 31.0"),
         (SourceFile("a.csv", b"angle,trip_mm\n0,x\n"), OPTIONS, "line 2"),
         (SourceFile("a.csv", b"angle,trip_mm\n0\n"), OPTIONS, "line 2: 1 cells"),
