@@ -222,9 +222,12 @@ _NUMBERED = re.compile(r"([^\W\d]{1,12}[ _#]?)(\d{1,3})(?:[ _\[(]{1,2}(?:mm|in|i
 
 
 def numbers_columns(cells: Sequence[str], below: Sequence[str]) -> bool:
-    """Whether cells are names with numbers that rise, M1, M2 …, above numbers without letters.
+    """Whether cells are names with numbers that rise, M1, M2 …, or that are one number, X1, Y1 …,
+    above numbers without letters.
 
     >>> numbers_columns(["#", "Z1", "Z2"], ["1", "12.5", "12.6"])
+    True
+    >>> numbers_columns(["X1", "Y1", "Z1"], ["12.5", "12.6", "1.0"])
     True
     >>> numbers_columns(["X1", "Y2", "Z3"], ["X1", "Y3", "Z3"])
     False
@@ -234,7 +237,9 @@ def numbers_columns(cells: Sequence[str], below: Sequence[str]) -> bool:
     stems = {match[1] for match in names}
     numbers = [int(match[2]) for match in names]
     plain = [IS_NUMBER.fullmatch(cell) for cell, match in zip(below, found, strict=False) if match]
-    return len(names) > 1 and len(stems) == 1 and numbers == sorted({*numbers}) and all(plain)
+    rising = len(stems) == 1 and numbers == sorted({*numbers})
+    alike = len(stems) == len(names) and len({*numbers}) == 1
+    return len(names) > 1 and (rising or alike) and all(plain)
 
 
 _DRESSED = re.compile(rf"({NUMERAL})(?:([-+−])|\s?([A-Za-zµμ°\"/]{{1,8}}))")
