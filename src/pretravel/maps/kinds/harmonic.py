@@ -103,6 +103,15 @@ class HarmonicMapFit(MapFit):
     shift_of: FloatArray
 
     @property
+    def first_harmonic(self) -> FloatArray:
+        """Variance of the map's first harmonic across the axis, taken for a shift, (3, 3). [mm²]
+
+        Means at two orientations of the spindle have none.
+        """
+        variance = self.posterior.amplitudes.first_harmonic_variance
+        return np.diag([1.0, 1.0, 0.0]) * (0.0 if self.observation.of_means else variance)
+
+    @property
     def smoothing(self) -> Smoothing:
         """Fitted values per observed value."""
         return self.posterior.smoothing
@@ -174,7 +183,7 @@ def _with_pretravel_at_pole(
     return CenteredFit(
         center=center - axial * _ALONG,
         center_covariance=shift_of @ covariance @ shift_of.T
-        + fit.posterior.amplitudes.first_harmonic_variance * np.diag([1.0, 1.0, 0.0])
+        + fit.first_harmonic
         + (U_AXIAL_PRETRAVEL**2 + fit.observation.u_constant**2) * np.outer(_ALONG, _ALONG),
         coefficients=coefficients,
         covariance=fit.covariance,
@@ -250,7 +259,7 @@ def fit_harmonic(
     # What the centre takes up is taken from the map.
     move = np.eye(len(fit.terms))
     move[1 : observation.axes + 1] -= shift_of / math.sqrt(3.0)
-    return HarmonicMapFit(
+    found = HarmonicMapFit(
         observation=observation,
         basis=basis,
         coefficients=move @ fit.coefficients,
@@ -260,8 +269,7 @@ def fit_harmonic(
         mean=(mean_of @ fit.coefficients).item(),
         u_mean=math.sqrt((mean_of @ fit.covariance @ mean_of.T).item()),
         shift=shift_of @ fit.coefficients,
-        shift_covariance=shift_of @ fit.covariance @ shift_of.T
-        + fit.amplitudes.first_harmonic_variance * np.diag([1.0, 1.0, 0.0][: observation.axes]),
+        shift_covariance=shift_of @ fit.covariance @ shift_of.T,
         residuals=observation.values - fit.smoothing.means.values(fit.coefficients),
         dof=float(len(observation.values) - fit.smoothing.leverage.sum()),
         noise=fit.noise,
@@ -271,3 +279,6 @@ def fit_harmonic(
         gauge="a centre about which the map has no first harmonic across the axis, and which is "
         "least-squares along it",
     )
+    axes = observation.axes
+    covariance = found.shift_covariance + found.first_harmonic[:axes, :axes]
+    return replace(found, shift_covariance=covariance)
