@@ -361,8 +361,8 @@ def _checked(content: dict[str, Any]) -> dict[str, Any]:
     """The content, if it is that of a map of this version and was not changed."""
     if content.get("schema") == TIPS_SCHEMA:
         raise PretravelError(
-            "this file has the maps of several tips, and a map of one tip is needed: qualify the "
-            "touches of this tip alone, with its name, its diameter and its axis (tip to hub)"
+            "this file has the maps of several tips, and a map of one tip is needed: qualify "
+            "the touches of one tip alone, with its name, its diameter and its axis (tip to hub)"
         )
     if content.get("schema") != SCHEMA:
         raise PretravelError(

@@ -108,7 +108,8 @@ def _grid_table(pretravel_map: PretravelMap) -> dict[str, npt.ArrayLike]:
 def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
     """A map from a table over directions, interpolated linearly.
 
-    What straight lines between few directions miss adds to the fixed scatter of a measured table.
+    The error of straight lines between few directions is part of the fixed scatter of a
+    measured table.
 
     Parameters
     ----------
