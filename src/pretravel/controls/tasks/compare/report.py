@@ -210,5 +210,5 @@ def _largest_chart(result: Comparison, where: str) -> PlaneChart:
                          horizontal=True, texts=(text,)))  # fmt: skip
     longest = max(row.largest for row in rows) / MICROMETRE
     return PlaneChart(f"largest error {_WHERE[where] if where != 'all' else 'in all directions'}",
-                      Axis("largest error left", "µm", 0.0, 1.3 * longest or 1.0),
+                      Axis("largest error left", "µm", 0.0, 1.45 * longest or 1.0),
                       Axis("", categories=tuple(names)), tuple(bars))  # fmt: skip
