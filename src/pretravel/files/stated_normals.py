@@ -362,6 +362,14 @@ def _fitted_center(
                     "of their columns (X [µm])",
                     inputs=("columns",),
                 )
+            if not used.any():
+                raise PretravelError(
+                    f"{found.path}: the file has no normals, and the touches extend over "
+                    f"{extent:.1f} mm, further than on one sphere of {reference_diameter:g} mm: give "
+                    "one file for each place of the sphere, or the plan that was run"
+                    + _in_inches(extent, reference_diameter),
+                    inputs=("plan", "columns"),
+                )
             raise PretravelError(
                 f"{found.path}: the file has no normals, and {int(used.sum())} touches on the "
                 f"sphere are too few to compute them; at least {_FEWEST} are needed, or the plan "

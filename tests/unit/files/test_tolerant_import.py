@@ -311,6 +311,15 @@ class TestOnASphere:
         with pytest.raises(PretravelError, match="do not determine the centre"):
             read_readings(file, ReadingOptions(reference_diameter=25.0))
 
+    def test_two_places_of_the_sphere_in_one_file(self) -> None:
+        text = b"".join(
+            self._text(replace(one, positions=one.positions + np.array([shift, 0.0, 0.0])), None)
+            for one in [self._touches()]
+            for shift in (0.0, 200.0)
+        )
+        with pytest.raises(PretravelError, match="further than on one sphere of 25 mm"):
+            read_readings(SourceFile("a.xyz", text), ReadingOptions(reference_diameter=25.0))
+
     def test_positions_want_a_plan_elsewhere(self) -> None:
         file = SourceFile("a.xyz", self._text(self._touches(), None))
         with pytest.raises(InputError, match="give the plan that was run") as error:

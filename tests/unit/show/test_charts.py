@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import pickle
 import re
@@ -133,6 +134,15 @@ def test_a_top_view_has_the_value_of_each_direction_at_its_place() -> None:
     inside = np.hypot(x, y) < 89.0
     np.testing.assert_allclose(z[inside], x[inside], atol=90.0 * (1.0 - np.cos(np.radians(5.0))))
     assert np.isnan(z[np.hypot(x, y) > 90.5]).all()
+
+
+def test_equal_axes_without_limits_are_drawn_without_a_warning(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    x = np.arange(-10.0, 20.0, 10.0)
+    chart = PlaneChart("", Axis("x", "mm"), Axis("y", "mm"), (Dots(x, 2.0 * x),), equal=True)
+    drawn_figure(View("", (chart,))).savefig(io.BytesIO())
+    assert not caplog.records
 
 
 def test_marks_of_unequal_length_are_refused() -> None:
