@@ -365,8 +365,8 @@ def _fitted_center(
             if not used.any():
                 raise PretravelError(
                     f"{found.path}: the file has no normals, and the touches extend over "
-                    f"{extent:.1f} mm, further than on one sphere of {reference_diameter:g} mm: give "
-                    "one file for each place of the sphere, or the plan that was run"
+                    f"{extent:.1f} mm, further than on one sphere of {reference_diameter:g} mm: "
+                    "give one file for each place of the sphere, or the plan that was run"
                     + _in_inches(extent, reference_diameter),
                     inputs=("plan", "columns"),
                 )
