@@ -280,6 +280,8 @@ def read_history(path: str | Path) -> list[Entry]:
     Returns
     -------
     list of Entry
+        Where a second entry has the touches of an earlier one, for another decision, only the
+        second: the touches of a day count once.
 
     Raises
     ------
@@ -294,7 +296,8 @@ def read_history(path: str | Path) -> list[Entry]:
     entries = _entries(opened(path))
     if not entries:
         raise InputError("the history contains no verification yet", path=path)
-    return sorted(entries, key=lambda entry: (_moment(str(entry["time"])), entry.number))
+    last = {entry[_TOUCHES_ID] or entry.number: entry for entry in entries}
+    return sorted(last.values(), key=lambda entry: (_moment(str(entry["time"])), entry.number))
 
 
 def _without_rest(content: bytes) -> bytes:

@@ -12,6 +12,7 @@ import pytest
 
 from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.files.map_file import write_map
+from pretravel.files.probe_history import read_history
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, run
@@ -143,6 +144,8 @@ class TestHistory:
         verified(folder, folder / "day1.csv", *history)
         accept = ("--accept", tmp_path / "new.json")
         verified(folder, folder / "day1.csv", *history, *accept)
+        once = read_history(tmp_path / "probe.jsonl")
+        assert [entry["decision"] for entry in once] == ["accepted new.json"]
         said = verified(folder, folder / "day2.csv", *history)
         assert "the history has a later map of this probe, new.json (" in said
         verified(folder, folder / "day1.csv", *history, *accept, code=3)
