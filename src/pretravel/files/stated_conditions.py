@@ -13,8 +13,9 @@ from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.text_table import TextTable
 
 _CONTACT = {
-    "contact", "triggered", "touched", "success", "kontakt", "ausgelöst", "hit", "probed",
-    "detected",
+    "contact", "triggered", "trigger", "trig", "tripped", "trip", "touched", "success", "kontakt",
+    "ausgelöst", "hit", "probed", "detected", "latched", "signal", "5070", "ac_mea", "angetastet",
+    "getastet", "contatto", "contacto", "détecté", "touché",
 }  # fmt: skip
 """Titles, or words of titles, of columns of yes and no."""
 _MISSED = {"miss", "missed"}
@@ -29,19 +30,24 @@ _STATUS = {
     *_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis", "état",
     "etat", "statut", "estado", "stato",
 }  # fmt: skip
-_YES = {"1", "true", "yes", "y", "ja"}
-_NO = {"0", "false", "no", "n", "nein"}
+_YES = {"1", "true", "yes", "y", "ja", "oui", "si", "sí", "x"}
+_NO = {"0", "false", "no", "n", "nein", "non", "-1", ""}
 _CODES = {"error", "err", "alarm", "fault", "errorcode", "fehler", "fehlercode", "code"}
-_CODE = re.compile(r"[0-9]{1,4}")
+_WHOLE = re.compile(r"^(-?\d)\.0*$")
+_CODE = re.compile(r"-?[0-9]{1,4}")
 """Titles of columns in which 0 says that all went well, and their cells."""
 _OF_PROBE = {"probe", "probing", "touch", "trigger", "sensor", "taster", "antastung"}
 """With one of these in its title, a status is that of the touch and no verdict about the part."""
 _FAILED = {"failed", "fail", "failure", "error", "timeout", "nok", "fehler"}
-_MISSES = {
-    "miss", "missed", "no contact", "not triggered", "no trigger", "kein kontakt", "verfehlt",
-    "nicht angetastet", "raté", "rate", "manqué", "sin contacto", "fallido", "mancato",
-    "nessun contatto", "no touch", "not found", "not probed", "not measured",
-}  # fmt: skip
+_MISSES = re.compile(
+    r"\b(?:no|not|non|nicht|keine?|without|ohne|sans|sin|nessun|didn.?t)\s(?:\w+\s)?(?:contact|hit|"
+    r"touch(?:ed)?|trigger(?:ed)?|trip(?:ped)?|signal|found|probed|measured|kontakt|angetastet|"
+    r"ausgelöst|ausgeloest|contacto|contatto)\b|\bmiss(?:ed)?\b|\bin (?:the )?air\b|"
+    r"\b(?:end of (?:travel|move)|time ?out|over-?travel|verfehlt|manqué|fallido|mancato)\b|"
+    r"^(?:air|luft|raté|rate|limit)$",
+    re.IGNORECASE,
+)
+"""Words of a status or a note that say that there was no contact."""
 _NOTES = {
     "comment", "comments", "remark", "remarks", "note", "notes", "bemerkung", "bemerkungen",
     "kommentar", "anmerkung", "commentaire", "remarque", "comentario", "nota", "info",
@@ -295,18 +301,11 @@ def _refuse_compensated_before(text: TextTable) -> None:
 def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
     """Refuse rows that state in a column of their own that they are not contacts."""
     for i, name in _other_columns(text, roles):
-        cells = [cell.strip().lower() for cell in text.column(i)]
-        words = {*re.findall(r"\w+", name), name}
+        cells = [_WHOLE.sub(r"\1", cell.strip().lower()) for cell in text.column(i)]
+        words = {*re.findall(r"\w+", name), *name.split("_"), name}
         if words & _NOTES:
             _refuse_changing_notes(text, i)
-        no = {*_MISSES, *_BAD} if words & (_STATUS | _NOTES) else set()
-        if words & _STATUS and words & _OF_PROBE:
-            no |= _FAILED
-        if words & _CODES and all(map(_CODE.fullmatch, cells)) and "0" in cells:
-            no |= {*cells} - {"0"}
-        if set(cells) <= _YES | _NO:
-            no |= _NO if words & _CONTACT or name in _GOOD else set()
-            no |= _YES if words & _MISSED or name in _BAD else set()
+        no = _words_of_misses(words, name, {*cells})
         missed = [row for row, cell in enumerate(cells) if cell in no]
         if missed:
             rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
@@ -320,11 +319,27 @@ def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
             )
 
 
+def _words_of_misses(words: set[str], name: str, cells: set[str]) -> set[str]:
+    """Which of a column's cells say that there was no contact, by the words of its title."""
+    of_touch = bool(words & _OF_PROBE and words & {*_STATUS, "ok"})
+    no = set[str]()
+    if words & (_STATUS | _NOTES):
+        no = {cell for cell in cells if cell in _BAD or _MISSES.search(cell)}
+    if of_touch:
+        no |= _FAILED
+    if words & _CODES and all(map(_CODE.fullmatch, cells)) and "0" in cells:
+        no |= cells - {"0"}
+    if cells <= _YES | _NO and cells != {""}:
+        no |= _NO if of_touch or words & _CONTACT or name in _GOOD else set()
+        no |= _YES if words & _MISSED or name in _BAD else set()
+    return no
+
+
 def _refuse_changing_notes(text: TextTable, column: int) -> None:
     """Refuse a note in a row that may change the meaning of the rows after it."""
     cells = text.column(column)
     for cell, line in zip(cells[1:], text.lines[1:], strict=True):
-        if cell.strip().lower() not in _MISSES and changes_rows(cell) and len({*cells}) > 1:
+        if not _MISSES.search(cell) and changes_rows(cell) and len({*cells}) > 1:
             raise text.file.error(
                 f"{text.title(column)} is '{shortened(cell)}' in this row, which may change the "
                 "meaning of the rows after it: split the table there, or leave the note out",
