@@ -21,12 +21,26 @@ def _read(text: str, units: str | None = "mm") -> FilePositions:
     return read_log_positions(SourceFile("a.txt", text.encode()), units)
 
 
-def test_a_tool_beside_the_position_is_kept() -> None:
-    found = _read("N1 X1.0 Y2.0 Z3.0 T12\nN2 X2.0 Y2.0 Z3.0 T13\n")
-    assert found.words["tip"] == ("12", "13")
+@pytest.mark.parametrize(
+    ("form", "role", "words"),
+    [
+        ("N{0} X{0}.0 Y2.0 Z3.0 T{1}\n", "tip", ("12", "12", "13")),
+        ("X{0}.0 Y2.0 Z3.0 T  {1}.\n", "tip", ("12", "12", "13")),
+        ("TASTER{1} X{0}.0 Y2.0 Z3.0\n", "tip", ("TASTER12", "TASTER12", "TASTER13")),
+        ("PART {1} X{0}.0 Y2.0 Z3.0\n", "part", ("PART 12", "PART 12", "PART 13")),
+    ],
+)
+def test_a_tool_or_part_beside_the_position_is_kept(
+    form: str, role: str, words: tuple[str, ...]
+) -> None:
+    lines = [form.format(i, name) for i, name in enumerate((12, 12, 13), start=1)]
+    assert _read("; 2024-05-12 10:12:33\n" + "".join(lines)).words == {role: words}
 
 
-@pytest.mark.parametrize("form", ["X{}.0 Y2.0 Z3.0 G{}\n", "G90 G{1} X{0}.0 Y2.0 Z3.0\n"])
+@pytest.mark.parametrize(
+    "form",
+    ["X{}.0 Y2.0 Z3.0 G{}\n", "G90 G{1} X{0}.0 Y2.0 Z3.0\n", "X{}.0 Y2.0 Z3.0 G  {}.\n"],
+)
 def test_another_work_offset_beside_a_position_is_refused(form: str) -> None:
     assert len(_read(form.format(1, 54) + form.format(2, 54)).positions) == 2
     with pytest.raises(InputError, match="line 2: this line changes the coordinates"):
@@ -94,6 +108,8 @@ def test_tip_centres_behind_their_surface_are_named() -> None:
         "Q115 = {} Q116 = -2.0 Q117 = 3.0\n",
         "X {}\nY- 2.0\nZ 3.0\n",
         "[Point 1]\nX={}\nY=-2.0\nZ=3.0\n",
+        "POINT   1.\nX  {}\nY- 2.0\nZ 3.0\n",
+        "X1 = {}, Y1 = -2.0, Z1 = 3.0\n",
         "Probe hit at X: {} Y: -2.0 Z: 3.0\n",
     ],
 )
