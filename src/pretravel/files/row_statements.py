@@ -152,8 +152,9 @@ class StatedRows:
         if statement.then == "carried":
             self.state(statement.means, self._event(value) if statement.event else value)
         elif statement.then == "refused":
-            # A shift or turn that is stated again is another one.
-            again = f"{value} {number}" if statement.means == "frame" else value
+            # A shift or turn that is stated again is another one, and so is an event.
+            another = statement.means == "frame" or statement.event
+            again = f"{value} {number}" if another else value
             self.hold(f"{CHANGES[statement.means]} ({statement.words})", again, number)
 
     def _event(self, value: str) -> str:
