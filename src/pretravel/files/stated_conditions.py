@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
@@ -114,7 +114,7 @@ def refuse_contradictions(
         diameter of the tip or of the reference. With the line.
     """
     _refuse_misses(text, roles)
-    _refuse_other_units(text, roles, unit)
+    refuse_other_units(text, roles.used, unit)
     if options.of_surface:
         _refuse_tip_centres(text, roles)
     else:
@@ -258,7 +258,7 @@ def _number(cell: str) -> float | None:
 
 def _refuse_compensated(text: TextTable, roles: ColumnRoles) -> None:
     """Refuse rows that state in a column of their own that they are compensated."""
-    for i, name in _other_columns(text, roles):
+    for i, name in _other_columns(text, roles.used):
         cells = text.column(i)
         rows = [row for row, cell in enumerate(cells) if cell.strip().lower() in _ON]
         if rows and _COMPENSATED.fullmatch(name.replace("_", " ")):
@@ -273,7 +273,7 @@ def _refuse_tip_centres(text: TextTable, roles: ColumnRoles) -> None:
     """Refuse points of the surface of which the file says that they are tip centres."""
     stated = [*text.before, (text.header_line or text.lines[0], " ".join(text.names or ()))]
     found = [(line, words) for line, words in stated if _TIP_CENTRES.search(words)]
-    for i, name in _other_columns(text, roles):
+    for i, name in _other_columns(text, roles.used):
         off = [row for row, cell in enumerate(text.column(i)) if cell.strip().lower() in _OFF]
         if off and _COMPENSATED.fullmatch(name.replace("_", " ")):
             found.append((text.lines[off[0]], f"{text.title(i)} {text.column(i)[off[0]]}"))
@@ -298,25 +298,43 @@ def _refuse_compensated_before(text: TextTable) -> None:
             )
 
 
-def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
-    """Refuse rows that state in a column of their own that they are not contacts."""
-    for i, name in _other_columns(text, roles):
+def marked_rows(text: TextTable, used: Collection[int]) -> Iterator[tuple[int, list[int]]]:
+    """Columns that mark rows as misses or as left out, and these rows.
+
+    Parameters
+    ----------
+    text : TextTable
+    used : collection of int
+        Columns that have another meaning.
+
+    Raises
+    ------
+    InputError
+        A note in a row may change the meaning of the rows after it.
+    """
+    for i, name in _other_columns(text, used):
         cells = [_WHOLE.sub(r"\1", cell.strip().lower()) for cell in text.column(i)]
         words = {*re.findall(r"\w+", name), *name.split("_"), name}
         if words & _NOTES:
             _refuse_changing_notes(text, i)
         no = _words_of_misses(words, name, {*cells})
-        missed = [row for row, cell in enumerate(cells) if cell in no]
-        if missed:
-            rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
-            marked = words & {*_GOOD, *_BAD, *_CODES} or cells[missed[0]] in _BAD
-            why = "the file itself marks it" if marked else "a touch without contact is not a point"
-            raise text.file.error(
-                f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: {why}; exclude the "
-                "line",
-                text.lines[missed[0]],
-                inputs=("exclude",),
-            )
+        if missed := [row for row, cell in enumerate(cells) if cell in no]:
+            yield i, missed
+
+
+def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
+    """Refuse rows that state in a column of their own that they are not contacts."""
+    for i, missed in marked_rows(text, roles.used):
+        cell = text.column(i)[missed[0]]
+        words = {*re.findall(r"\w+", text.title(i).lower())}
+        rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
+        marked = words & {*_GOOD, *_BAD, *_CODES} or cell.strip().lower() in _BAD
+        why = "the file itself marks it" if marked else "a touch without contact is not a point"
+        raise text.file.error(
+            f"{text.title(i)} is '{cell}' in {rows}: {why}; exclude the line",
+            text.lines[missed[0]],
+            inputs=("exclude",),
+        )
 
 
 def _words_of_misses(words: set[str], name: str, cells: set[str]) -> set[str]:
@@ -347,21 +365,34 @@ def _refuse_changing_notes(text: TextTable, column: int) -> None:
             )
 
 
-def unit_of_rows(text: TextTable, roles: ColumnRoles) -> str | None:
+def unit_of_rows(text: TextTable, used: Collection[int]) -> str | None:
     """Unit of length that a column states for the first row; None where there is no such column.
 
     Parameters
     ----------
     text : TextTable
-    roles : ColumnRoles
+    used : collection of int
+        Columns that have another meaning.
     """
-    found = [unit_of(text.column(i)[0]) for i, name in _other_columns(text, roles) if name in _UNIT]
+    found = [unit_of(text.column(i)[0]) for i, name in _other_columns(text, used) if name in _UNIT]
     return next((unit for unit in found if unit in LENGTH_UNITS), None)
 
 
-def _refuse_other_units(text: TextTable, roles: ColumnRoles, unit: str) -> None:
-    """Refuse rows that state another unit of length than the one in which the table is read."""
-    for i, name in _other_columns(text, roles):
+def refuse_other_units(text: TextTable, used: Collection[int], unit: str) -> None:
+    """Refuse rows that state another unit of length than the one in which the table is read.
+
+    Parameters
+    ----------
+    text : TextTable
+    used : collection of int
+        Columns that have another meaning.
+    unit : str
+
+    Raises
+    ------
+    InputError
+    """
+    for i, name in _other_columns(text, used):
         units = [unit_of(cell) for cell in text.column(i)] if name in _UNIT else []
         for row, stated in enumerate(units):
             if stated in LENGTH_UNITS and unit in LENGTH_UNITS and stated != unit:
@@ -373,8 +404,8 @@ def _refuse_other_units(text: TextTable, roles: ColumnRoles, unit: str) -> None:
                 )
 
 
-def _other_columns(text: TextTable, roles: ColumnRoles) -> Iterator[tuple[int, str]]:
+def _other_columns(text: TextTable, used: Collection[int]) -> Iterator[tuple[int, str]]:
     """Index and lower-case name of each column that has no role."""
     for i, title in enumerate(text.names or ()):
-        if i not in roles.used:
+        if i not in used:
             yield i, title.strip().lower()
