@@ -65,12 +65,23 @@ _COMPENSATED = re.compile(
 _COMPENSATED_BEFORE = re.compile(
     r"\b(?:radius|tip|ball|probe|cutter)\W?(?:radius\W?)?(?:comp(?:\.|ensat(?:ion|ed))?|correct(?:ion|"
     r"ed))\W*(?:is\b|was\b)?\W*(?:on|yes|true|1|active|ja|ein|G4[12])\b|"
-    r"\b(?:radiuskorrektur|G4[12])\W*(?:on|ein|ja|1|aktiv)\b|"
+    r"\b(?:radiuskorrektur|G4[12])\W*(?:on|ein|ja|1|aktiv|active)\b|"
     r"^\W*(?:(?:probe|tip|ball|radius)\W)?(?:compensated|kompensierte)\W(?:points?|positions?|"
-    r"coordinates?|data|punkte)\b",
+    r"coordinates?|data|punkte)\b|"
+    r"\b(?:(?:tip|ball|probe|stylus|taster|kugel)\W?)?radius\b[^#;]{0,24}\b(?:subtracted|removed|"
+    r"deducted|taken off|compensated|corrected|abgezogen|korrigiert|kompensiert|verrechnet)\b|"
+    r"radius(?:korrigierte?|kompensierte?)\b|\bpretravel\b\W+(?:\w+\W+)?(?:compensat|correct|"
+    r"subtract|remov)\w*|"
+    r"^\W*(?:(?:all|measured|probed|touched|the|points? (?:on|of)(?: the)?)\W)*(?:part\W)?"
+    r"(?:surface(?:\W(?:points?|coordinates?))?|oberflächenpunkte|flächenpunkte)\W*"
+    r"(?:(?:coordinates|in|are|mm|inch)\W*)*(?:,.*)?$",
     re.IGNORECASE,
 )
-"""A line before the rows that says that the radius is subtracted already."""
+"""A line before the rows that says that the radius, or the pretravel, is subtracted already."""
+_NOT_SUBTRACTED = re.compile(
+    r"\b(?:not?|un\w*|nicht|without|ohne|before|vor|none|off|aus|false|nein)\b|(?<![\d.,])0(?![\d.,])",
+    re.IGNORECASE,
+)
 _OFF = {*_NO, "off", "none", "g40", "aus"}
 _TIP_CENTRES = re.compile(
     r"\b(?:tip|ball|probe|stylus|sphere|tastkugel|kugel)\W?(?:cent(?:er|re)s?|mittelpunkte?)\b|"
@@ -289,7 +300,7 @@ def _refuse_tip_centres(text: TextTable, roles: ColumnRoles) -> None:
 def _refuse_compensated_before(text: TextTable) -> None:
     """Refuse rows of which a line before them says that they are compensated."""
     for line, words in text.before:
-        if _COMPENSATED_BEFORE.search(words):
+        if _COMPENSATED_BEFORE.search(words) and not _NOT_SUBTRACTED.search(words):
             raise text.file.error(
                 f"'{shortened(words)}': positions that the control or the CMM compensated. The "
                 "centre of the tip at the trigger is needed. If they are tip centres, leave this "

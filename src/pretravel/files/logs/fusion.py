@@ -104,6 +104,8 @@ def read_fusion(source: Source, units: str | None = None) -> FileReadings:
 
 
 _NO_UNITS = "the results file does not give its units"
+_READ = {"G330": "NABC", "G800": "NXYZIJKUL", "G801": "NXYZR"}
+"""Letters of each line that are read, or give the tolerance of a deviation, U and L."""
 _OF_SIEMENS = {"G70": "G20", "G71": "G21"}
 
 
@@ -163,6 +165,7 @@ class _Results:
     names: dict[int, str] = field(default_factory=dict)
     name: str = ""
     named_before: bool = False
+    unread: dict[str, int] = field(default_factory=dict)
     stated: StatedRows = field(init=False)
 
     def __post_init__(self) -> None:
@@ -180,12 +183,17 @@ class _Results:
         elif line.startswith(_LABEL):
             self.next_label = line[len(_LABEL) :].strip()
         code = line[:4].upper()
+        if code == "G802":
+            self.unread.setdefault(code, number)
         if code not in ("G330", "G800", "G801"):
             self._read_statement(line, number)
             return
         if self.after_end:
             raise self.file.error("a point after END", number)
         words = _words(self.file, line[4:], number)
+        for letter, value in words.items():
+            if letter not in _READ[code] and value != 0.0:
+                self.unread.setdefault(f"{letter} of {code}", number)
         if code == "G330":
             angles = (words.get(letter, 0.0) * DEGREE for letter in "ABC")
             self.rotation = turned_about_axes(*angles)
@@ -311,6 +319,9 @@ def _warnings(results: _Results) -> tuple[str, ...]:
     if len(results.radii) > 1:
         radii = ", ".join(f"{radius:g}" for radius in sorted(results.radii))
         warnings.append(f"the points have different tip radii R ({radii} mm)")
+    if results.unread:
+        what = ", ".join(f"{what} (line {line})" for what, line in results.unread.items())
+        warnings.append(f"not read: {what}")
     return (*warnings, *results.stated.warnings())
 
 
