@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Sequence
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.roles_of_columns import ColumnRoles
-from pretravel.files.row_statements import changes_rows
+from pretravel.files.row_statements import changes_rows, refuse_compensated_before
 from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.text_table import TextTable
 
@@ -62,26 +62,6 @@ _COMPENSATED = re.compile(
     r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?(?:comp(?:\.|ensated|ensation)?|"
     r"corr(?:\.|ected|ection))|kompensiert|radiuskorrektur|korrigiert"
 )
-_COMPENSATED_BEFORE = re.compile(
-    r"\b(?:radius|tip|ball|probe|cutter)\W?(?:radius\W?)?(?:comp(?:\.|ensat(?:ion|ed))?|correct(?:ion|"
-    r"ed))\W*(?:is\b|was\b)?\W*(?:on|yes|true|1|active|ja|ein|G4[12])\b|"
-    r"\b(?:radiuskorrektur|G4[12])\W*(?:on|ein|ja|1|aktiv|active)\b|"
-    r"^\W*(?:(?:probe|tip|ball|radius)\W)?(?:compensated|kompensierte)\W(?:points?|positions?|"
-    r"coordinates?|data|punkte)\b|"
-    r"\b(?:(?:tip|ball|probe|stylus|taster|kugel)\W?)?radius\b[^#;]{0,24}\b(?:subtracted|removed|"
-    r"deducted|taken off|compensated|corrected|abgezogen|korrigiert|kompensiert|verrechnet)\b|"
-    r"radius(?:korrigierte?|kompensierte?)\b|\bpretravel\b\W+(?:\w+\W+)?(?:compensat|correct|"
-    r"subtract|remov)\w*|"
-    r"^\W*(?:(?:all|measured|probed|touched|the|points? (?:on|of)(?: the)?)\W)*(?:part\W)?"
-    r"(?:surface(?:\W(?:points?|coordinates?))?|oberflächenpunkte|flächenpunkte)\W*"
-    r"(?:(?:coordinates|in|are|mm|inch)\W*)*(?:,.*)?$",
-    re.IGNORECASE,
-)
-"""A line before the rows that says that the radius, or the pretravel, is subtracted already."""
-_NOT_SUBTRACTED = re.compile(
-    r"\b(?:not?|un\w*|nicht|without|ohne|before|vor|none|off|aus|false|nein)\b|(?<![\d.,])0(?![\d.,])",
-    re.IGNORECASE,
-)
 _OFF = {*_NO, "off", "none", "g40", "aus"}
 _TIP_CENTRES = re.compile(
     r"\b(?:tip|ball|probe|stylus|sphere|tastkugel|kugel)\W?(?:cent(?:er|re)s?|mittelpunkte?)\b|"
@@ -130,7 +110,8 @@ def refuse_contradictions(
         _refuse_tip_centres(text, roles)
     else:
         _refuse_compensated(text, roles)
-        _refuse_compensated_before(text)
+        for line, words in text.before:
+            refuse_compensated_before(text.file, words, line)
     if options.tip_radius is not None:
         for line, where, diameter in _diameters(text, _OF_TIP, unit, options.tip):
             refuse_other_tip(text.file, diameter, 2.0 * options.tip_radius, where, line)
@@ -295,18 +276,6 @@ def _refuse_tip_centres(text: TextTable, roles: ColumnRoles) -> None:
             line,
             inputs=("tip_diameter",),
         )
-
-
-def _refuse_compensated_before(text: TextTable) -> None:
-    """Refuse rows of which a line before them says that they are compensated."""
-    for line, words in text.before:
-        if _COMPENSATED_BEFORE.search(words) and not _NOT_SUBTRACTED.search(words):
-            raise text.file.error(
-                f"'{shortened(words)}': positions that the control or the CMM compensated. The "
-                "centre of the tip at the trigger is needed. If they are tip centres, leave this "
-                "line out",
-                line,
-            )
 
 
 def marked_rows(text: TextTable, used: Collection[int]) -> Iterator[tuple[int, list[int]]]:

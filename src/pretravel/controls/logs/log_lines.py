@@ -109,6 +109,8 @@ _UNIT_WORD = re.compile(r"\b(?:mm|inch|inches|metric|imperial|zoll)\b", re.IGNOR
 _BESIDE = re.compile(r"(?<![^\d.\s])(?:G5[4-9](?:\.\d)?|T\d+)(?![\d.])", re.IGNORECASE)
 """Words anywhere in a line that change what positions mean."""
 _OFFSET = re.compile(r"\s*0?5[4-9](?:\.\d*)?")
+_STATED_WORDS = re.compile(r"(?:[TABCNG]\s*+[:=]?+\s*+[-+]?+[\d.]++\s*+)*+", re.IGNORECASE)
+"""A line of words without a position that are taken one by one."""
 _WHOLE = re.compile(r"0*(\d+)(?:\.0*)?")
 _OTHER_COORDINATES = re.compile(r"\bG(?:91|16|0?7)(?![\d.])", re.IGNORECASE)
 _OTHER = "relative, polar and diameter"
@@ -149,7 +151,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     """
     file = opened(source)
     rows: list[list[float]] = []
-    numbers, feeds, labels, stated = [], [], [], StatedRows(file)
+    numbers, feeds, labels, stated = [], [], [], StatedRows(file, of_centres=True)
     feed: float | None = None
     rotary: dict[str, float] = {}
     unread: set[str] = set()
@@ -161,6 +163,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         if not (line := _line_of_words(text)):
             continue
         if not rows and _TITLE.fullmatch(line) and not _UNIT_WORD.search(line):
+            stated.note(line, number)
             continue
         if not rows and _HEAD_LINE.match(line):
             heads.append(number)
@@ -184,6 +187,8 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             contact.append(not missed)
             feeds.append(feed)
             labels.append((named["number"] or named["name"]) if named else numbered)
+        elif known is None and not _STATED_WORDS.fullmatch(line):
+            stated.take(None, line, number)
     scale = file.scale(units, "the file does not give its units (G20 or G21)")
     if not rows:
         raise file.error("the file contains no position")
@@ -219,8 +224,12 @@ def _line_of_words(text: str) -> str:
 def _state_words(stated: StatedRows, line: str, number: int) -> str:
     """Take the tool and the work offset that words of a line state; its N word, or nothing."""
     numbered = ""
-    for name, value in _WORD.findall(line):
+    words = _WORD.findall(line)
+    alone = not {name.upper() for name, _ in words} & {*"XYZ"}
+    for name, value in words:
         whole = _whole(value)
+        if alone and name.upper() in _ROTARY:
+            stated.hold(f"{CHANGES['frame']} (a rotary axis)", name + _squeezed(value), number)
         if name.upper() == "T" and whole:
             stated.state("tip", whole)
         elif name.upper() == "G" and _OFFSET.fullmatch(value):
@@ -322,8 +331,6 @@ def _position(
     words = dict(pairs)
     if len(words) < len(pairs):
         raise file.error("a coordinate occurs twice", number)
-    if not set(words) & set("XYZ"):
-        return None
     for axis in set(words) & set(_ROTARY):
         if abs(float(words[axis]) - rotary.setdefault(axis, float(words[axis]))) > _MOVED:
             raise file.error(
@@ -331,6 +338,8 @@ def _position(
                 "joined with one plan",
                 number,
             )
+    if not set(words) & set("XYZ"):
+        return None
     if not set("XYZ") <= set(words):
         missing = " and no ".join(axis for axis in "XYZ" if axis not in words)
         raise file.error(f"'{line[:40]}' has no {missing}", number)

@@ -169,7 +169,7 @@ class _Results:
     stated: StatedRows = field(init=False)
 
     def __post_init__(self) -> None:
-        self.stated = StatedRows(self.file)
+        self.stated = StatedRows(self.file, of_centres=True)
 
     @property
     def radii(self) -> set[float]:
