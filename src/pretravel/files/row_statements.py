@@ -13,7 +13,7 @@ StatementMeaning: TypeAlias = Literal[
     "nothing", "tip", "frame", "unit", "radius", "part", "pass", "orientation"
 ]
 """What a statement changes for the rows after it; radius: what was subtracted from the points."""
-StatementOutcome: TypeAlias = Literal["harmless", "carried", "refused"]
+StatementOutcome: TypeAlias = Literal["harmless", "carried", "refused", "named"]
 _SHOWN = 3
 """Most unknown lines that a warning quotes."""
 
@@ -33,7 +33,7 @@ class RowStatement:
         What it changes.
     then : str
         harmless: it is passed over; carried: rows state it in a column; refused: rows before and
-        after it are not read together.
+        after it are not read together; named: a warning says that it is not read.
     example : str
         A line of the format, for tests.
     event : bool
@@ -101,6 +101,8 @@ class StatedRows:
         Lines that are not known statements.
     unmeasured : list of line and text
         Lines that say that nothing was measured.
+    named : list of line and text
+        Lines that are known, and not read.
     of_centres : bool
         The rows are tip centres, so that a line before them can contradict.
     before : list of line and text
@@ -113,6 +115,7 @@ class StatedRows:
     words: dict[str, list[str]] = field(default_factory=dict)
     unknown: list[tuple[int, str]] = field(default_factory=list)
     unmeasured: list[tuple[int, str]] = field(default_factory=list)
+    named: list[tuple[int, str]] = field(default_factory=list)
     of_centres: bool = False
     before: list[tuple[int, str]] = field(default_factory=list)
     _held: dict[str, tuple[str, int]] = field(default_factory=dict)
@@ -159,6 +162,8 @@ class StatedRows:
         statement, value = found
         if statement.then == "carried":
             self.state(statement.means, self._event(value) if statement.event else value)
+        elif statement.then == "named":
+            self.named.append((number, line))
         elif statement.then == "refused":
             # A shift or turn that is stated again is another one, and so is an event.
             another = statement.means == "frame" or statement.event
@@ -224,6 +229,7 @@ class StatedRows:
         """Sentences that name the lines that are not known, or say that nothing was measured."""
         return (
             *unknown_lines(self.unknown),
+            *_lines_not_read(self.named),
             *conditions_not_read(self.before, f"{_CONDITIONS}|{_TIP_SIZE}"),
             *nothing_measured(self.unmeasured),
         )
@@ -282,7 +288,7 @@ def statement_rows(name: str, table: Sequence[RowStatement], other_lines: str) -
     | `dmis` | other lines | not known | named |
     """
     rows = []
-    for then in ("carried", "refused", "harmless"):
+    for then in ("carried", "refused", "named", "harmless"):
         for one in table:
             if one.then == then:
                 words = one.words.replace("|", "\\|")
@@ -373,11 +379,19 @@ def conditions_not_read(before: Sequence[Record], words: str = _CONDITIONS) -> t
 an option"
     """
     found = [(number, line) for number, line in before if re.search(words, line, re.IGNORECASE)]
-    if not found:
+    return tuple(
+        f"{said}. Give what it states in a column or as an option"
+        for said in _lines_not_read(found)
+    )
+
+
+def _lines_not_read(lines: Sequence[Record]) -> tuple[str, ...]:
+    """A sentence that quotes lines which are not read."""
+    if not lines:
         return ()
-    shown = ", ".join(f"line {number} '{shortened(text)}'" for number, text in found[:_SHOWN])
-    more = " …" if len(found) > _SHOWN else ""
-    return (f"not read: {shown}{more}. Give what it states in a column or as an option",)
+    shown = ", ".join(f"line {number} '{shortened(text)}'" for number, text in lines[:_SHOWN])
+    more = " …" if len(lines) > _SHOWN else ""
+    return (f"not read: {shown}{more}",)
 
 
 def comments_among(

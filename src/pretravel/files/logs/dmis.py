@@ -24,7 +24,7 @@ _LABEL = r"(?:\w+\s*\([^)]*\)\s*=\s*)?"
 _SENSOR = re.compile(r"SA?\s*\(([^)]*)\)\s*=\s*SNSDEF\b(.*)", re.I)
 _TABLE = (
     RowStatement(
-        "`S(name)=SNSDEF/` (its diameter is compared)", _SENSOR.pattern,
+        "`S(name)=SNSDEF/` (its diameter is compared)", _SENSOR.pattern, then="named",
         example="S(T1)=SNSDEF/PROBE,INDEX,POL,0,0,0,0,1,100,6",
     ),
     RowStatement(
@@ -199,9 +199,6 @@ def _without_points(output: _Output) -> str:
 
 def _warnings(output: _Output) -> tuple[str, ...]:
     unknown = output.stated.warnings()
-    if output.sensors:
-        lines = ", ".join(str(line) for _, line in output.sensors.values())
-        unknown += (f"not read: the directions of the tips in SNSDEF/ (line {lines})",)
     if not output.features:
         return unknown
     left = f"features are left out, because they are not touches: {_shown(output.features)}"

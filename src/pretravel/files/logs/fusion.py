@@ -34,7 +34,7 @@ _TABLE = (
     ),
     RowStatement("`TOOLPATHID`", r"TOOLPATHID.*", example="TOOLPATHID 13"),
     RowStatement("`G330` (applied)", r"G330\b.*", example="G330 N1 A0. B0. C0. X0 Y0 Z0 I0 R0"),
-    RowStatement("`G802`", r"G80[012]\b.*", example="G802 N1 X0.1 Y0 Z0"),
+    RowStatement("`G802`", r"G80[012]\b.*", then="named", example="G802 N1 X0.1 Y0 Z0"),
     RowStatement(
         "`T` number, `TOOL`", r"(?:TOOL\w*|T)\s*#?[:=]?\s*(\w+)\s*(?:M0?6)?$", "tip", "carried",
         "T2 M6",
@@ -183,8 +183,6 @@ class _Results:
         elif line.startswith(_LABEL):
             self.next_label = line[len(_LABEL) :].strip()
         code = line[:4].upper()
-        if code == "G802":
-            self.unread.setdefault(code, number)
         if code not in ("G330", "G800", "G801"):
             self._read_statement(line, number)
             return
