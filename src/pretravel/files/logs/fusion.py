@@ -27,6 +27,8 @@ _WORD = re.compile(r"([A-DI-LN-OR-UW-Z])([+-]?(?:\d+(?:\.\d*)?|\.\d+))")
 _ROUNDED = 5e-3
 """Normals are printed with four decimals or fewer; they are scaled to length one."""
 _LABEL = ";LABEL "
+_WITHOUT = "; PRETRAVEL COMPENSATED"
+"""Above compensated points, which are no touches to be compensated again."""
 _TABLE = (
     RowStatement(
         "`START` … `END`, `RESULTSFILE`", r"(START|END|RESULTSFILE.*)$", "part", "carried",
@@ -182,6 +184,7 @@ class _Results:
             self.toolpath = line[10:].strip()
         elif line.startswith(_LABEL):
             self.next_label = line[len(_LABEL) :].strip()
+            return
         code = line[:4].upper()
         if code not in ("G330", "G800", "G801"):
             self._read_statement(line, number)
@@ -351,6 +354,7 @@ def write_fusion(
     nominal_points: npt.ArrayLike | None,
     labels: tuple[str, ...],
     tip_radius: float,
+    note: str = "",
 ) -> None:
     """Write tip centres as a results file, in mm. Fusion subtracts R·IJK to get the surface.
 
@@ -364,6 +368,8 @@ def write_fusion(
         Written as comments, in plain characters: the format numbers its points.
     tip_radius : float
         [mm]
+    note : str
+        A comment above the points.
 
     Raises
     ------
@@ -375,7 +381,7 @@ def write_fusion(
             "a Fusion results file needs the nominal points: columns nominal_x_mm, nominal_y_mm, "
             "nominal_z_mm"
         )
-    lines = ["START", f"RESULTSFILE {plain_name(Path(path).stem)}"]
+    lines = ["START", f"RESULTSFILE {plain_name(Path(path).stem)}", *filter(None, [note])]
     rows = zip(
         plain_labels(labels),
         np.asarray(centers, dtype=np.float64),
@@ -418,7 +424,9 @@ def _write_points(path: Path, points: Points, origin: PointsOrigin) -> None:
     if nominal_points is None and points.deviation is not None:
         nominal_points = points.positions - points.deviation[:, None] * points.normals
     centers = points.positions + origin.tip_radius * points.normals
-    write_fusion(path, centers, points.normals, nominal_points, points.labels, origin.tip_radius)
+    write_fusion(
+        path, centers, points.normals, nominal_points, points.labels, origin.tip_radius, _WITHOUT
+    )
 
 
 FUSION = FileFormat(
