@@ -79,5 +79,5 @@ def test_labels_and_file_names_add_no_lines(known: FileFormat, ending: str, tmp_
     points = apply(touches, lobes(3))
     write_points(path, points, nominal_points=touches.nominal_points, tip_radius=3.0)
     _check(path)
-    with pytest.raises(InputError, match="compensated|already subtracted"):  # not once more
+    with pytest.raises(InputError, match=r"compensated|already subtracted"):  # not once more
         read_readings(path, ReadingOptions(units="mm"), file_format=known.name)
