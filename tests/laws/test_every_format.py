@@ -17,13 +17,14 @@ from hypothesis import strategies as st
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
-from pretravel.base.errors import InputError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.files.csv_table import read_csv_table
 from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS, format_of
 from pretravel.files.readings import read_readings, write_readings
 from pretravel.files.source_file import SourceFile
-from pretravel.touches import Touches
+from pretravel.tasks.convert import Convert
+from pretravel.touches import WORD_COLUMNS, Touches, word_fields
 from tests.support.control_logs import SAMPLES
 from tests.support.inserted_statements import INSERTED, UNKNOWN, WITHOUT_LINES, inserted
 
@@ -79,6 +80,27 @@ def test_touches_that_are_written_are_read(
     if known.keeps_approaches_and_feeds:
         assert again.feeds == pytest.approx(touches.feeds, rel=1e-11)
         assert again.approach_directions == pytest.approx(touches.approach_directions, abs=1e-11)
+
+
+@pytest.mark.parametrize(("known", "ending"), WRITTEN, ids=_name)
+def test_columns_are_kept_or_named(known: FileFormat, ending: str, tmp_path: Path) -> None:
+    words = dict.fromkeys(WORD_COLUMNS, ("a", "b")) | {"tip": ("t", "t")}
+    points = np.array([[0.0, 0.0, 3.0], [9.0, 0.0, 3.0]])
+    touches = Touches(
+        points, [[0, 0, 1]] * 2, nominal_points=points - [0, 0, 3], **word_fields(words)
+    )
+    write_readings(tmp_path / "all.csv", touches)
+    path = tmp_path / f"touches{ending}"
+    written = Convert(touches=str(tmp_path / "all.csv"), tip_diameter=6.0, output=path).run()
+    written.write("output", path)
+    said = " ".join(written.cautions)
+    again = read_readings(path, ReadingOptions(units="mm")).touches
+    for column in WORD_COLUMNS:
+        assert column in again.words or f"the column {column}" in said
+    assert again.nominal_points is not None or "nominal points" in said
+    if not known.keeps_approaches_and_feeds:  # it states one radius
+        with pytest.raises(PretravelError, match="the touches are of 2 tips"):
+            write_readings(path, replace(touches, tips=("t", "u")), 3.0)
 
 
 def test_every_text_format_has_a_sample() -> None:
@@ -195,9 +217,10 @@ def test_declared_statements_do_what_they_declare(known: FileFormat) -> None:
             assert statement.means == "tip"
             continue
         assert len(found.touches) == len(plain.touches), statement.words
-        if statement.then == "harmless":
+        if statement.then in ("harmless", "named"):
             assert found.touches.words == plain.touches.words, statement.words
-            assert not any(f"line {number}" in note for note in found.notes()), statement.words
+            named = any(f"line {number}" in note for note in found.notes())
+            assert named == (statement.then == "named"), statement.words
         else:
             words = found.touches.words[statement.means]
             assert len(set(words)) > 1, statement.words

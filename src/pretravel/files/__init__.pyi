@@ -115,6 +115,9 @@ from .standards_compared import comparison_sentence as comparison_sentence
 from .star_file import is_star_file as is_star_file
 from .star_file import read_star as read_star
 from .star_file import write_star as write_star
+from .stated_conditions import marked_rows as marked_rows
+from .stated_conditions import refuse_other_units as refuse_other_units
+from .stated_conditions import unit_of_rows as unit_of_rows
 from .stated_normals import contacts as contacts
 from .stated_normals import one_normal as one_normal
 from .table_formats import CSV as CSV

@@ -380,7 +380,8 @@ def write_readings(path: str | Path, touches: Touches, tip_radius: float | None 
     Raises
     ------
     PretravelError
-        No format of touches has this ending; the format needs what is not known.
+        No format of touches has this ending; the format needs what is not known; it states one
+        radius, and the touches are of several tips.
 
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "touches.qif"
@@ -390,9 +391,16 @@ def write_readings(path: str | Path, touches: Touches, tip_radius: float | None 
     """
     if tip_radius is not None:
         checked(tip_radius, "the tip's radius", TIP_RADIUS, inputs=("tip_radius",))
-    write = written_format(path).write_touches
-    assert write is not None
-    write(Path(path), touches, tip_radius)
+    known = written_format(path)
+    tips = sorted({*(touches.tips or ())})
+    if len(tips) > 1 and not known.keeps_approaches_and_feeds:
+        raise PretravelError(
+            f"{Path(path).suffix} states the radius of one tip, and the touches are of "
+            f"{len(tips)} tips ({', '.join(tips[:4])}): choose one, or write a table",
+            inputs=("tip", "output"),
+        )
+    assert known.write_touches is not None
+    known.write_touches(Path(path), touches, tip_radius)
 
 
 def written_format(path: str | Path) -> FileFormat:

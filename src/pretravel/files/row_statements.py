@@ -13,7 +13,7 @@ StatementMeaning: TypeAlias = Literal[
     "nothing", "tip", "frame", "unit", "radius", "part", "pass", "orientation"
 ]
 """What a statement changes for the rows after it; radius: what was subtracted from the points."""
-StatementOutcome: TypeAlias = Literal["harmless", "carried", "refused"]
+StatementOutcome: TypeAlias = Literal["harmless", "carried", "refused", "named"]
 _SHOWN = 3
 """Most unknown lines that a warning quotes."""
 
@@ -33,7 +33,7 @@ class RowStatement:
         What it changes.
     then : str
         harmless: it is passed over; carried: rows state it in a column; refused: rows before and
-        after it are not read together.
+        after it are not read together; named: a warning says that it is not read.
     example : str
         A line of the format, for tests.
     event : bool
@@ -101,6 +101,12 @@ class StatedRows:
         Lines that are not known statements.
     unmeasured : list of line and text
         Lines that say that nothing was measured.
+    named : list of line and text
+        Lines that are known, and not read.
+    of_centres : bool
+        The rows are tip centres, so that a line before them can contradict.
+    before : list of line and text
+        Notes before the first row.
     """
 
     file: SourceFile
@@ -109,6 +115,9 @@ class StatedRows:
     words: dict[str, list[str]] = field(default_factory=dict)
     unknown: list[tuple[int, str]] = field(default_factory=list)
     unmeasured: list[tuple[int, str]] = field(default_factory=list)
+    named: list[tuple[int, str]] = field(default_factory=list)
+    of_centres: bool = False
+    before: list[tuple[int, str]] = field(default_factory=list)
     _held: dict[str, tuple[str, int]] = field(default_factory=dict)
     _events: dict[str, tuple[int, int]] = field(default_factory=dict)
     _broken: tuple[str, int] | None = None
@@ -141,7 +150,9 @@ class StatedRows:
         sent : str
             The line without what a program wrote before it, where it did.
         """
-        if re.search(_NOT_MEASURED, line, re.IGNORECASE):
+        if found is None or _NOTE.match(sent or line):
+            self.note(line, number, known=found is not None)
+        elif re.search(_NOT_MEASURED, line, re.IGNORECASE):
             self.unmeasured.append((number, line))
         if (found is None or _NOTE.match(sent or line)) and changes_rows(line):
             self.hold(f"the meaning of the rows, perhaps ('{shortened(line)}')", line, number)
@@ -151,10 +162,30 @@ class StatedRows:
         statement, value = found
         if statement.then == "carried":
             self.state(statement.means, self._event(value) if statement.event else value)
+        elif statement.then == "named":
+            self.named.append((number, line))
         elif statement.then == "refused":
-            # A shift or turn that is stated again is another one.
-            again = f"{value} {number}" if statement.means == "frame" else value
+            # A shift or turn that is stated again is another one, and so is an event.
+            another = statement.means == "frame" or statement.event
+            again = f"{value} {number}" if another else value
             self.hold(f"{CHANGES[statement.means]} ({statement.words})", again, number)
+
+    def note(self, line: str, number: int, *, known: bool = True) -> None:
+        """Keep what a text says of all rows, above the first one.
+
+        Raises
+        ------
+        InputError
+            It says that the rows are compensated, and they are tip centres.
+        """
+        if re.search(_NOT_MEASURED, line, re.IGNORECASE):
+            self.unmeasured.append((number, line))
+        if self.rows:
+            return
+        if self.of_centres:
+            refuse_compensated_before(self.file, line, number)
+        if known:
+            self.before.append((number, line))
 
     def _event(self, value: str) -> str:
         """Name of an event: that of the second time, with rows in between, ends in (2)."""
@@ -196,7 +227,12 @@ class StatedRows:
 
     def warnings(self) -> tuple[str, ...]:
         """Sentences that name the lines that are not known, or say that nothing was measured."""
-        return (*unknown_lines(self.unknown), *nothing_measured(self.unmeasured))
+        return (
+            *unknown_lines(self.unknown),
+            *_lines_not_read(self.named),
+            *conditions_not_read(self.before, f"{_CONDITIONS}|{_TIP_SIZE}"),
+            *nothing_measured(self.unmeasured),
+        )
 
 
 def changes_rows(line: str) -> bool:
@@ -252,7 +288,7 @@ def statement_rows(name: str, table: Sequence[RowStatement], other_lines: str) -
     | `dmis` | other lines | not known | named |
     """
     rows = []
-    for then in ("carried", "refused", "harmless"):
+    for then in ("carried", "refused", "named", "harmless"):
         for one in table:
             if one.then == then:
                 words = one.words.replace("|", "\\|")
@@ -322,23 +358,40 @@ _CONDITIONS = (
     r"(?:(?:name|no|nr|number|id|is)\b[^\w:=]*+)*+(?:[:=]\W*+\w|\w*\d)"
 )
 """Lines before the rows that state what points depend on, and no option or column reads."""
+_TIP_SIZE = (
+    r"\b(?:tip|ball|probe|stylus|taster|tastkugel|kugel)\W?(?:ball\W?)?"
+    r"(?:dia(?:meter)?|durchmesser|Ø|radius)\W{0,3}\d"
+)
+"""Lines of logs, which do not compare the size with the one that is given."""
 
 
-def conditions_not_read(before: Sequence[Record]) -> tuple[str, ...]:
+def conditions_not_read(before: Sequence[Record], words: str = _CONDITIONS) -> tuple[str, ...]:
     """A sentence that names conditions that lines before a table state.
+
+    Parameters
+    ----------
+    before : sequence of line and text
+    words : str
+        Regular expression of conditions.
 
     >>> conditions_not_read([(1, "# part 7"), (2, "# sphere 25 mm, U = 1.2 µm (k = 2)")])[0]
     "not read: line 2 '# sphere 25 mm, U = 1.2 µm (k = 2)'. Give what it states in a column or as \
 an option"
     """
-    found = [
-        (number, line) for number, line in before if re.search(_CONDITIONS, line, re.IGNORECASE)
-    ]
-    if not found:
+    found = [(number, line) for number, line in before if re.search(words, line, re.IGNORECASE)]
+    return tuple(
+        f"{said}. Give what it states in a column or as an option"
+        for said in _lines_not_read(found)
+    )
+
+
+def _lines_not_read(lines: Sequence[Record]) -> tuple[str, ...]:
+    """A sentence that quotes lines which are not read."""
+    if not lines:
         return ()
-    shown = ", ".join(f"line {number} '{shortened(text)}'" for number, text in found[:_SHOWN])
-    more = " …" if len(found) > _SHOWN else ""
-    return (f"not read: {shown}{more}. Give what it states in a column or as an option",)
+    shown = ", ".join(f"line {number} '{shortened(text)}'" for number, text in lines[:_SHOWN])
+    more = " …" if len(lines) > _SHOWN else ""
+    return (f"not read: {shown}{more}",)
 
 
 def comments_among(
@@ -405,3 +458,43 @@ def nothing_measured(before: Sequence[Record]) -> tuple[str, ...]:
     number, line = found[0]
     said = "says that the rows were not measured: they are used as if they were"
     return (f"line {number} '{shortened(line)}' {said}",)
+
+
+_COMPENSATED_BEFORE = re.compile(
+    r"\b(?:radius|tip|ball|probe|cutter)\W?(?:radius\W?)?(?:comp(?:\.|ensat(?:ion|ed))?|correct(?:ion|"
+    r"ed))\W*(?:is\b|was\b)?\W*(?:on|yes|true|1|active|ja|ein|G4[12])\b|"
+    r"\b(?:radiuskorrektur|G4[12])\W*(?:on|ein|ja|1|aktiv|active)\b|"
+    r"^\W*(?:(?:probe|tip|ball|radius)\W)?(?:compensated|kompensierte)\W(?:points?|positions?|"
+    r"coordinates?|data|punkte)\b|"
+    r"\b(?:(?:tip|ball|probe|stylus|taster|kugel)\W?)?radius\b[^#;]{0,24}\b(?:subtracted|removed|"
+    r"deducted|taken off|compensated|corrected|abgezogen|korrigiert|kompensiert|verrechnet)\b|"
+    r"radius(?:korrigierte?|kompensierte?)\b|\bpretravel\b\W+(?:\w+\W+)?(?:compensat|correct|"
+    r"subtract|remov)\w*|"
+    r"^\W*(?:(?:all|measured|probed|touched|the|points? (?:on|of)(?: the)?)\W)*(?:part\W)?"
+    r"(?:surface(?:\W(?:points?|coordinates?))?|oberflächenpunkte|flächenpunkte)\W*"
+    r"(?:(?:coordinates|in|are|mm|inch)\W*)*(?:,.*)?$",
+    re.IGNORECASE,
+)
+"""A line before the rows that says that the radius, or the pretravel, is subtracted already."""
+_NOT_SUBTRACTED = re.compile(
+    r"\b(?:not?|un\w*|nicht|without|ohne|before|vor|none|off|aus|false|nein)\b|(?<![\d.,])0(?![\d.,])",
+    re.IGNORECASE,
+)
+
+
+def refuse_compensated_before(file: SourceFile, line: str, number: int) -> None:
+    """Refuse rows of which a line before them says that they are compensated.
+
+    Raises
+    ------
+    InputError
+
+    >>> refuse_compensated_before(SourceFile("a.txt", b""), "# tip radius not subtracted", 1)
+    """
+    if _COMPENSATED_BEFORE.search(line) and not _NOT_SUBTRACTED.search(line):
+        raise file.error(
+            f"'{shortened(line)}': positions that the control or the CMM compensated. The "
+            "centre of the tip at the trigger is needed. If they are tip centres, leave this "
+            "line out",
+            number,
+        )

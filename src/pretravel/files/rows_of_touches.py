@@ -40,6 +40,7 @@ _VERDICT = re.compile(
 )
 _FLAGS = re.compile(r"flags?|warnings?|warnungen?", re.IGNORECASE)
 _DIGITS = 9
+_WITH_DECIMALS = re.compile(r"[-+−]?\d*[.,](?!0*$)\d+")
 _GOOD = re.compile(
     r"ok(?:ay)?|pass(?:ed)?|good|gut|i\.?o\.?|in ?tol(?:erance)?|intol|true|yes|y|ja|valid|accept"
     r"(?:ed)?|conform|done|complete[d]?|bon|c|0\.?0*",
@@ -131,7 +132,7 @@ def is_verdict(title: str) -> bool:
 
 
 def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
-    """Sentences about rows of which a column says that they are not good.
+    """Sentences about rows that a column sets apart: not good, or another word than most rows.
 
     Parameters
     ----------
@@ -141,22 +142,37 @@ def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
     """
     told = []
     for i in unread:
-        flags = _FLAGS.fullmatch(text.title(i).strip()) is not None
-        if not flags and not is_verdict(text.title(i)):
-            continue
         cells = [cell.strip() for cell in text.column(i)]
-        if flags and all(map(str.isdecimal, cells)):
-            bad = [k for k, cell in enumerate(cells) if int(cell[:_DIGITS]) != 0]
-            good = len(cells) - len(bad)
-        elif is_verdict(text.title(i)):
-            bad = [k for k, cell in enumerate(cells) if _NOT_GOOD.fullmatch(cell)]
-            good = sum(1 for cell in cells if not cell or _GOOD.fullmatch(cell))
-        else:
-            continue
-        if bad and good and len(bad) + good >= len(cells):
+        if bad := _not_good(text.title(i), cells) or _odd_ones(cells):
             lines = first_few(text.lines[k] for k in bad)
             told.append(
                 f"{text.title(i)} is '{cells[bad[0]]}' in line {lines}: of the part, or of "
                 "the touch? The rows are used; leave out what is no touch"
             )
     return tuple(told)
+
+
+def _not_good(title: str, cells: Sequence[str]) -> list[int]:
+    """Rows that a column of verdicts or of flags calls bad, where it calls all others good."""
+    if _FLAGS.fullmatch(title.strip()) and all(map(str.isdecimal, cells)):
+        bad = [k for k, cell in enumerate(cells) if int(cell[:_DIGITS]) != 0]
+        return bad if len(bad) < len(cells) else []
+    if not is_verdict(title):
+        return []
+    bad = [k for k, cell in enumerate(cells) if _NOT_GOOD.fullmatch(cell)]
+    good = sum(1 for cell in cells if not cell or _GOOD.fullmatch(cell))
+    return bad if bad and good and len(bad) + good >= len(cells) else []
+
+
+def _odd_ones(cells: Sequence[str]) -> list[int]:
+    """Rows with another word or code than most rows; none of a column of measured values.
+
+    >>> _odd_ones(["1", "1", "-1", "1"]), _odd_ones(["20.1", "20.1", "20.2"]), _odd_ones("abc")
+    ([2], [], [])
+    """
+    counts = Counter(cells)
+    usual, most = counts.most_common(1)[0]
+    measured = any(_WITH_DECIMALS.fullmatch(cell) for cell in counts)
+    if measured or 2 * most <= len(cells) or len(counts) > _MOST_KINDS:
+        return []
+    return [k for k, cell in enumerate(cells) if cell != usual]

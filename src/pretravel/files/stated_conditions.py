@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.roles_of_columns import ColumnRoles
-from pretravel.files.row_statements import changes_rows
+from pretravel.files.row_statements import changes_rows, refuse_compensated_before
 from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.text_table import TextTable
 
 _CONTACT = {
-    "contact", "triggered", "touched", "success", "kontakt", "ausgelöst", "hit", "probed",
-    "detected",
+    "contact", "triggered", "trigger", "trig", "tripped", "trip", "touched", "success", "kontakt",
+    "ausgelöst", "hit", "probed", "detected", "latched", "signal", "5070", "ac_mea", "angetastet",
+    "getastet", "contatto", "contacto", "détecté", "touché",
 }  # fmt: skip
 """Titles, or words of titles, of columns of yes and no."""
 _MISSED = {"miss", "missed"}
@@ -29,19 +30,24 @@ _STATUS = {
     *_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis", "état",
     "etat", "statut", "estado", "stato",
 }  # fmt: skip
-_YES = {"1", "true", "yes", "y", "ja"}
-_NO = {"0", "false", "no", "n", "nein"}
+_YES = {"1", "true", "yes", "y", "ja", "oui", "si", "sí", "x"}
+_NO = {"0", "false", "no", "n", "nein", "non", "-1", ""}
 _CODES = {"error", "err", "alarm", "fault", "errorcode", "fehler", "fehlercode", "code"}
-_CODE = re.compile(r"[0-9]{1,4}")
+_WHOLE = re.compile(r"^(-?\d)\.0*$")
+_CODE = re.compile(r"-?[0-9]{1,4}")
 """Titles of columns in which 0 says that all went well, and their cells."""
 _OF_PROBE = {"probe", "probing", "touch", "trigger", "sensor", "taster", "antastung"}
 """With one of these in its title, a status is that of the touch and no verdict about the part."""
 _FAILED = {"failed", "fail", "failure", "error", "timeout", "nok", "fehler"}
-_MISSES = {
-    "miss", "missed", "no contact", "not triggered", "no trigger", "kein kontakt", "verfehlt",
-    "nicht angetastet", "raté", "rate", "manqué", "sin contacto", "fallido", "mancato",
-    "nessun contatto", "no touch", "not found", "not probed", "not measured",
-}  # fmt: skip
+_MISSES = re.compile(
+    r"\b(?:no|not|non|nicht|keine?|without|ohne|sans|sin|nessun|didn.?t)\s(?:\w+\s)?(?:contact|hit|"
+    r"touch(?:ed)?|trigger(?:ed)?|trip(?:ped)?|signal|found|probed|measured|kontakt|angetastet|"
+    r"ausgelöst|ausgeloest|contacto|contatto)\b|\bmiss(?:ed)?\b|\bin (?:the )?air\b|"
+    r"\b(?:end of (?:travel|move)|time ?out|over-?travel|verfehlt|manqué|fallido|mancato)\b|"
+    r"^(?:air|luft|raté|rate|limit)$",
+    re.IGNORECASE,
+)
+"""Words of a status or a note that say that there was no contact."""
 _NOTES = {
     "comment", "comments", "remark", "remarks", "note", "notes", "bemerkung", "bemerkungen",
     "kommentar", "anmerkung", "commentaire", "remarque", "comentario", "nota", "info",
@@ -56,15 +62,6 @@ _COMPENSATED = re.compile(
     r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?(?:comp(?:\.|ensated|ensation)?|"
     r"corr(?:\.|ected|ection))|kompensiert|radiuskorrektur|korrigiert"
 )
-_COMPENSATED_BEFORE = re.compile(
-    r"\b(?:radius|tip|ball|probe|cutter)\W?(?:radius\W?)?(?:comp(?:\.|ensat(?:ion|ed))?|correct(?:ion|"
-    r"ed))\W*(?:is\b|was\b)?\W*(?:on|yes|true|1|active|ja|ein|G4[12])\b|"
-    r"\b(?:radiuskorrektur|G4[12])\W*(?:on|ein|ja|1|aktiv)\b|"
-    r"^\W*(?:(?:probe|tip|ball|radius)\W)?(?:compensated|kompensierte)\W(?:points?|positions?|"
-    r"coordinates?|data|punkte)\b",
-    re.IGNORECASE,
-)
-"""A line before the rows that says that the radius is subtracted already."""
 _OFF = {*_NO, "off", "none", "g40", "aus"}
 _TIP_CENTRES = re.compile(
     r"\b(?:tip|ball|probe|stylus|sphere|tastkugel|kugel)\W?(?:cent(?:er|re)s?|mittelpunkte?)\b|"
@@ -108,12 +105,13 @@ def refuse_contradictions(
         diameter of the tip or of the reference. With the line.
     """
     _refuse_misses(text, roles)
-    _refuse_other_units(text, roles, unit)
+    refuse_other_units(text, roles.used, unit)
     if options.of_surface:
         _refuse_tip_centres(text, roles)
     else:
         _refuse_compensated(text, roles)
-        _refuse_compensated_before(text)
+        for line, words in text.before:
+            refuse_compensated_before(text.file, words, line)
     if options.tip_radius is not None:
         for line, where, diameter in _diameters(text, _OF_TIP, unit, options.tip):
             refuse_other_tip(text.file, diameter, 2.0 * options.tip_radius, where, line)
@@ -252,7 +250,7 @@ def _number(cell: str) -> float | None:
 
 def _refuse_compensated(text: TextTable, roles: ColumnRoles) -> None:
     """Refuse rows that state in a column of their own that they are compensated."""
-    for i, name in _other_columns(text, roles):
+    for i, name in _other_columns(text, roles.used):
         cells = text.column(i)
         rows = [row for row, cell in enumerate(cells) if cell.strip().lower() in _ON]
         if rows and _COMPENSATED.fullmatch(name.replace("_", " ")):
@@ -267,7 +265,7 @@ def _refuse_tip_centres(text: TextTable, roles: ColumnRoles) -> None:
     """Refuse points of the surface of which the file says that they are tip centres."""
     stated = [*text.before, (text.header_line or text.lines[0], " ".join(text.names or ()))]
     found = [(line, words) for line, words in stated if _TIP_CENTRES.search(words)]
-    for i, name in _other_columns(text, roles):
+    for i, name in _other_columns(text, roles.used):
         off = [row for row, cell in enumerate(text.column(i)) if cell.strip().lower() in _OFF]
         if off and _COMPENSATED.fullmatch(name.replace("_", " ")):
             found.append((text.lines[off[0]], f"{text.title(i)} {text.column(i)[off[0]]}"))
@@ -280,51 +278,66 @@ def _refuse_tip_centres(text: TextTable, roles: ColumnRoles) -> None:
         )
 
 
-def _refuse_compensated_before(text: TextTable) -> None:
-    """Refuse rows of which a line before them says that they are compensated."""
-    for line, words in text.before:
-        if _COMPENSATED_BEFORE.search(words):
-            raise text.file.error(
-                f"'{shortened(words)}': positions that the control or the CMM compensated. The "
-                "centre of the tip at the trigger is needed. If they are tip centres, leave this "
-                "line out",
-                line,
-            )
+def marked_rows(text: TextTable, used: Collection[int]) -> Iterator[tuple[int, list[int]]]:
+    """Columns that mark rows as misses or as left out, and these rows.
+
+    Parameters
+    ----------
+    text : TextTable
+    used : collection of int
+        Columns that have another meaning.
+
+    Raises
+    ------
+    InputError
+        A note in a row may change the meaning of the rows after it.
+    """
+    for i, name in _other_columns(text, used):
+        cells = [_WHOLE.sub(r"\1", cell.strip().lower()) for cell in text.column(i)]
+        words = {*re.findall(r"\w+", name), *name.split("_"), name}
+        if words & _NOTES:
+            _refuse_changing_notes(text, i)
+        no = _words_of_misses(words, name, {*cells})
+        if missed := [row for row, cell in enumerate(cells) if cell in no]:
+            yield i, missed
 
 
 def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
     """Refuse rows that state in a column of their own that they are not contacts."""
-    for i, name in _other_columns(text, roles):
-        cells = [cell.strip().lower() for cell in text.column(i)]
-        words = {*re.findall(r"\w+", name), name}
-        if words & _NOTES:
-            _refuse_changing_notes(text, i)
-        no = {*_MISSES, *_BAD} if words & (_STATUS | _NOTES) else set()
-        if words & _STATUS and words & _OF_PROBE:
-            no |= _FAILED
-        if words & _CODES and all(map(_CODE.fullmatch, cells)) and "0" in cells:
-            no |= {*cells} - {"0"}
-        if set(cells) <= _YES | _NO:
-            no |= _NO if words & _CONTACT or name in _GOOD else set()
-            no |= _YES if words & _MISSED or name in _BAD else set()
-        missed = [row for row, cell in enumerate(cells) if cell in no]
-        if missed:
-            rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
-            marked = words & {*_GOOD, *_BAD, *_CODES} or cells[missed[0]] in _BAD
-            why = "the file itself marks it" if marked else "a touch without contact is not a point"
-            raise text.file.error(
-                f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: {why}; exclude the "
-                "line",
-                text.lines[missed[0]],
-                inputs=("exclude",),
-            )
+    for i, missed in marked_rows(text, roles.used):
+        cell = text.column(i)[missed[0]]
+        words = {*re.findall(r"\w+", text.title(i).lower())}
+        rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
+        marked = words & {*_GOOD, *_BAD, *_CODES} or cell.strip().lower() in _BAD
+        why = "the file itself marks it" if marked else "a touch without contact is not a point"
+        raise text.file.error(
+            f"{text.title(i)} is '{cell}' in {rows}: {why}; exclude the line",
+            text.lines[missed[0]],
+            inputs=("exclude",),
+        )
+
+
+def _words_of_misses(words: set[str], name: str, cells: set[str]) -> set[str]:
+    """Which of a column's cells say that there was no contact, by the words of its title."""
+    of_touch = bool(words & _OF_PROBE and words & {*_STATUS, "ok"})
+    no = set[str]()
+    if words & (_STATUS | _NOTES):
+        no = {cell for cell in cells if cell in _BAD or _MISSES.search(cell)}
+    if of_touch:
+        no |= _FAILED
+    if words & _CODES and all(map(_CODE.fullmatch, cells)) and "0" in cells:
+        no |= cells - {"0"}
+    if cells <= _YES | _NO and cells != {""}:
+        no |= _NO if of_touch or words & _CONTACT or name in _GOOD else set()
+        no |= _YES if words & _MISSED or name in _BAD else set()
+    return no
 
 
 def _refuse_changing_notes(text: TextTable, column: int) -> None:
     """Refuse a note in a row that may change the meaning of the rows after it."""
     cells = text.column(column)
     for cell, line in zip(cells[1:], text.lines[1:], strict=True):
-        if cell.strip().lower() not in _MISSES and changes_rows(cell) and len({*cells}) > 1:
+        if not _MISSES.search(cell) and changes_rows(cell) and len({*cells}) > 1:
             raise text.file.error(
                 f"{text.title(column)} is '{shortened(cell)}' in this row, which may change the "
                 "meaning of the rows after it: split the table there, or leave the note out",
@@ -332,21 +345,34 @@ def _refuse_changing_notes(text: TextTable, column: int) -> None:
             )
 
 
-def unit_of_rows(text: TextTable, roles: ColumnRoles) -> str | None:
+def unit_of_rows(text: TextTable, used: Collection[int]) -> str | None:
     """Unit of length that a column states for the first row; None where there is no such column.
 
     Parameters
     ----------
     text : TextTable
-    roles : ColumnRoles
+    used : collection of int
+        Columns that have another meaning.
     """
-    found = [unit_of(text.column(i)[0]) for i, name in _other_columns(text, roles) if name in _UNIT]
+    found = [unit_of(text.column(i)[0]) for i, name in _other_columns(text, used) if name in _UNIT]
     return next((unit for unit in found if unit in LENGTH_UNITS), None)
 
 
-def _refuse_other_units(text: TextTable, roles: ColumnRoles, unit: str) -> None:
-    """Refuse rows that state another unit of length than the one in which the table is read."""
-    for i, name in _other_columns(text, roles):
+def refuse_other_units(text: TextTable, used: Collection[int], unit: str) -> None:
+    """Refuse rows that state another unit of length than the one in which the table is read.
+
+    Parameters
+    ----------
+    text : TextTable
+    used : collection of int
+        Columns that have another meaning.
+    unit : str
+
+    Raises
+    ------
+    InputError
+    """
+    for i, name in _other_columns(text, used):
         units = [unit_of(cell) for cell in text.column(i)] if name in _UNIT else []
         for row, stated in enumerate(units):
             if stated in LENGTH_UNITS and unit in LENGTH_UNITS and stated != unit:
@@ -358,8 +384,8 @@ def _refuse_other_units(text: TextTable, roles: ColumnRoles, unit: str) -> None:
                 )
 
 
-def _other_columns(text: TextTable, roles: ColumnRoles) -> Iterator[tuple[int, str]]:
+def _other_columns(text: TextTable, used: Collection[int]) -> Iterator[tuple[int, str]]:
     """Index and lower-case name of each column that has no role."""
     for i, title in enumerate(text.names or ()):
-        if i not in roles.used:
+        if i not in used:
             yield i, title.strip().lower()

@@ -423,13 +423,16 @@ def _header_in_wide_blanks(
     if separator != " ":
         return split
     first = next((i for i, (_, cells) in enumerate(split) if is_data(cells, fewest)), len(split))
-    header = _header(split, first)
-    if header is None or first == len(split):
+    found = _header(split, first)
+    if first in (0, len(split)):
         return split
+    header = first - 1 if found is None else found
     number, cells = split[header]
     width = len(split[first][1])
     wide = split_cells(texts[number], "  ")
     if len(cells) == width or len(wide) != width or any(map(is_number_cell, wide)):
+        return split
+    if found is None and not any(column_name(cell).role for cell in wide):
         return split
     return [*split[:header], (number, wide), *split[header + 1 :]]
 

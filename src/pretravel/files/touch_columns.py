@@ -409,7 +409,7 @@ def _unit(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> _Unit
                 text.header_line or None,
             )
         own = own or {text.unit}
-    if not own and (of_rows := unit_of_rows(text, roles)):
+    if not own and (of_rows := unit_of_rows(text, roles.used)):
         own = {of_rows}
     stated = options.units
     if own:

@@ -23,9 +23,13 @@ _OTHER_STEM = re.compile(
 _NOT_TOUCHED = re.compile(r"nom|soll|targ|theo|cmd|stop|end|start|ref", re.IGNORECASE)
 _SKIP_SIGNAL = re.compile(r"#506([123])\s*(=\s*|\s(?=[XYZ]))|\bQ11([567])\s*=\s*")
 """Variables of the position at the probe's signal: Fanuc #5061 …, Heidenhain Q115 …."""
+_INDEXED = re.compile(rf"X(\d{{1,6}})\s*+=\s*+{APART}[\s,;]*+Y\1\s*+=\s*+{APART}[\s,;]*+Z\1\s*+=")
+"""The words of a touch with its number after each letter: X1 = 1.5, Y1 = 2, Z1 = 3."""
+_INDEX = re.compile(r"([XYZ])\d{1,6}\s*+=")
 _ONE_AXIS = re.compile(rf"([XYZ])\s*+[:=]?+\s*+{APART}[,;*]?", re.IGNORECASE)
 _OF_A_POINT = re.compile(
-    r"\[?(point|punkt|pt|hit|touch|messpunkt|p|nr|no)\s?[:#.=]?\s?(\d{1,6})\]?:?", re.IGNORECASE
+    r"\[?(point|punkt|pt|hit|touch|messpunkt|p|nr|no)\s*+[:#.=]?\s*+(\d{1,6})\.?\]?:?",
+    re.IGNORECASE,
 )
 """A line above the coordinates of a touch, each in a line of its own."""
 _FEWEST_JOINED = 2
@@ -76,6 +80,8 @@ def plain_axes(line: str) -> str:
     >>> plain_axes("#5061=1.5 #5062=2 #5063=3"), plain_axes("NOM_X=1 NOM_Y=2 NOM_Z=3")
     ('X=1.5 Y=2 Z=3', 'NOM_X=1 NOM_Y=2 NOM_Z=3')
     """
+    if found := _INDEXED.match(line):
+        return f"N{found[1]} " + _INDEX.sub(r"\1=", line)
     if "#506" in line or "Q11" in line:
         line = _SKIP_SIGNAL.sub(_axis_of_variable, line)
     stems = {(found["before"], found["after"]) for found in _OTHER_STEM.finditer(line)}

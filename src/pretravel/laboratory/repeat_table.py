@@ -19,10 +19,13 @@ from pretravel.files import (
     comments_among,
     filled_in,
     is_verdict,
+    marked_rows,
     numbers_columns,
     plain_number,
     read_text_table,
+    refuse_other_units,
     unit_of,
+    unit_of_rows,
     unit_of_title,
     unknown_lines,
     verdicts,
@@ -112,10 +115,10 @@ def column_of_heights(
     if not rows or not all(is_number(line) for _, line in rows):
         return None
     words = re.split(r"[\s_/,;:()\[\]]+", f"{title} {unit}")
-    units = [LENGTH_UNITS[unit] for word in words if (unit := unit_of(word) or "") in LENGTH_UNITS]
+    units = [unit for word in words if (unit := unit_of(word) or "") in LENGTH_UNITS]
     if len(units) > 1:
         raise file.error(f"the title '{title[:40]}' gives more than one unit", lines[0][0])
-    scale = units[0] if units else file.scale(options.units, "the heights have no unit")
+    scale = _stated_scale(file, units[0] if units else "", options, "the heights have no unit")
     values = [file.numbers([line], number)[0] for number, line in rows]
     heights = LoggedSeries("", scale * np.array(values), np.array([number for number, _ in rows]))
     told = unknown_lines(_comments_among_heights(file, heights.lines))
@@ -187,27 +190,20 @@ def columns_of_readings(
         return None
     names = [column_name(title) for title in text.names]
     known = {name.role for name in names}
-    if known >= _POSITIONS or (len(known & _POSITIONS) == 1 and known & {"feed", "spindle"}):
+    of_one_axis = len(known & _POSITIONS) == 1 and known & {"feed", "spindle"}
+    if known >= _POSITIONS or (of_one_axis and text.width > 2):
         return None
     columns = [text.column(i) for i in range(text.width)]
     values, words, unread = _kinds_of_columns(text)
     if not values:
         return None
-    judged = [i for i in unread if is_verdict(text.title(i))]
-    failed = {k for k, row in enumerate(text.rows) if any(_says_miss(row[i]) for i in judged)}
+    words, unread, failed = _without_misses(text, values, words, unread)
     series = []
     missed: list[int] = [text.lines[k] for k in failed]
     keys = [" ".join(_named(text.title(i), row[i]) for i in words if row[i]) for row in text.rows]
     lines = np.array(text.lines)
     for i in values:
-        own = (
-            unit_of_title(text.title(i))
-            or (unit_of(text.units[i]) if text.units else None)
-            or text.unit
-        )
-        scale = LENGTH_UNITS.get(own or "") or file.scale(
-            options.units, f"the column {text.title(i)} has no unit"
-        )
+        scale = _scale(text, i, values, options)
         for key in dict.fromkeys(keys):
             of_key = [k for k, word in enumerate(keys) if word == key and k not in failed]
             read = [k for k in of_key if _is_reading(columns[i][k])]
@@ -231,6 +227,41 @@ def columns_of_readings(
     return series, f"the column {', '.join(titles)}", told
 
 
+def _scale(text: TextTable, column: int, values: Sequence[int], options: ReadingOptions) -> float:
+    """Millimetres in the unit of a column of readings."""
+    own = (
+        unit_of_title(text.title(column))
+        or (unit_of(text.units[column]) if text.units else None)
+        or text.unit
+        or unit_of_rows(text, values)
+        or ""
+    )
+    refuse_other_units(text, values, own)
+    what = f"the column {text.title(column)} has no unit"
+    return _stated_scale(text.file, own, options, what)
+
+
+def _stated_scale(file: SourceFile, own: str, options: ReadingOptions, without: str) -> float:
+    """Millimetres in the unit that the file states, or the user; refused where they differ."""
+    if own not in LENGTH_UNITS:
+        return file.scale(options.units, without)
+    if options.units not in (None, own):
+        raise file.error(f"the file is in {own}, but {options.units} was given", inputs=("units",))
+    return LENGTH_UNITS[own]
+
+
+def _without_misses(
+    text: TextTable, values: Sequence[int], words: Sequence[int], unread: Sequence[int]
+) -> tuple[list[int], list[int], set[int]]:
+    """Columns of words and what is not read, without those that mark misses; and their rows."""
+    judged = [i for i in unread if is_verdict(text.title(i))]
+    failed = {k for k, row in enumerate(text.rows) if any(_says_miss(row[i]) for i in judged)}
+    marks = dict(marked_rows(text, values))
+    failed.update(*marks.values())
+    marks |= {i: [] for i in unread if unit_of(text.column(i)[0]) in LENGTH_UNITS}  # of the unit
+    return [i for i in words if i not in marks], [i for i in unread if i not in marks], failed
+
+
 def _kinds_of_columns(text: TextTable) -> tuple[list[int], list[int], list[int]]:
     """Columns of readings, of words that distinguish series, and of what is not read."""
     values: list[int] = []
@@ -241,7 +272,8 @@ def _kinds_of_columns(text: TextTable) -> tuple[list[int], list[int], list[int]]
         cells, title = text.column(i), text.title(i)
         role = column_name(title).role
         of_place = role in _POSITIONS and len({*cells}) == 1
-        if _counts(cells) or (len(cells) == 1 and cells[0].isdecimal() and role):
+        grouping = role in ("tip", "pass", "orientation") and len({*cells}) < len(cells)
+        if (_counts(cells) and not grouping) or (len(cells) == 1 and cells[0].isdecimal() and role):
             continue
         if of_place and _others_vary(text, i):
             continue
@@ -362,8 +394,7 @@ def counted_heights(
     rows, unit = plain_heights(own)
     if not all(is_number(cell) for _, cell in rows):
         return None
-    known = LENGTH_UNITS.get(unit_of(unit) or "")
-    scale = known or file.scale(options.units, "the heights have no unit")
+    scale = _stated_scale(file, unit_of(unit) or "", options, "the heights have no unit")
     values = scale * np.array([float(cell) for _, cell in rows])
     numbers = np.array([number for number, _ in rows])
     series = []

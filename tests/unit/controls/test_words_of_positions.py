@@ -21,12 +21,26 @@ def _read(text: str, units: str | None = "mm") -> FilePositions:
     return read_log_positions(SourceFile("a.txt", text.encode()), units)
 
 
-def test_a_tool_beside_the_position_is_kept() -> None:
-    found = _read("N1 X1.0 Y2.0 Z3.0 T12\nN2 X2.0 Y2.0 Z3.0 T13\n")
-    assert found.words["tip"] == ("12", "13")
+@pytest.mark.parametrize(
+    ("form", "role", "words"),
+    [
+        ("N{0} X{0}.0 Y2.0 Z3.0 T{1}\n", "tip", ("12", "12", "13")),
+        ("X{0}.0 Y2.0 Z3.0 T  {1}.\n", "tip", ("12", "12", "13")),
+        ("TASTER{1} X{0}.0 Y2.0 Z3.0\n", "tip", ("TASTER12", "TASTER12", "TASTER13")),
+        ("PART {1} X{0}.0 Y2.0 Z3.0\n", "part", ("PART 12", "PART 12", "PART 13")),
+    ],
+)
+def test_a_tool_or_part_beside_the_position_is_kept(
+    form: str, role: str, words: tuple[str, ...]
+) -> None:
+    lines = [form.format(i, name) for i, name in enumerate((12, 12, 13), start=1)]
+    assert _read("; 2024-05-12 10:12:33\n" + "".join(lines)).words == {role: words}
 
 
-@pytest.mark.parametrize("form", ["X{}.0 Y2.0 Z3.0 G{}\n", "G90 G{1} X{0}.0 Y2.0 Z3.0\n"])
+@pytest.mark.parametrize(
+    "form",
+    ["X{}.0 Y2.0 Z3.0 G{}\n", "G90 G{1} X{0}.0 Y2.0 Z3.0\n", "X{}.0 Y2.0 Z3.0 G  {}.\n"],
+)
 def test_another_work_offset_beside_a_position_is_refused(form: str) -> None:
     assert len(_read(form.format(1, 54) + form.format(2, 54)).positions) == 2
     with pytest.raises(InputError, match="line 2: this line changes the coordinates"):
@@ -37,6 +51,38 @@ def test_another_work_offset_beside_a_position_is_refused(form: str) -> None:
 def test_numbers_that_are_not_read_are_named() -> None:
     said = "not read: the numbers after D, R in the lines of positions"
     assert said in _read("X1.0 Y2.0 Z3.0 D10.002 R0.1\n").warnings
+    said = "1 line is not known, and not read: line 2 'G41 D1'"
+    assert said in _read("X1.0 Y2.0 Z3.0\nG41 D1\nX2.0 Y2.0 Z3.0\n").warnings
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("(TIP DIAMETER 4.0)", "not read: line 1"),
+        ("; spindle at 90", "not read: line 1"),
+        ("DRY RUN", "line 1 'DRY RUN' says that the rows were not measured"),
+    ],
+)
+def test_what_lines_above_positions_state_is_named(line: str, said: str) -> None:
+    assert said in " ".join(_read(f"{line}\nX1.0 Y2.0 Z3.0\n").warnings)
+
+
+@pytest.mark.parametrize("line", ["(RADIUS COMPENSATION ON)", "; surface points"])
+def test_positions_that_are_called_compensated_are_refused(line: str) -> None:
+    with pytest.raises(InputError, match=r"line 1: .* the control or the CMM compensated"):
+        _read(f"{line}\nX1.0 Y2.0 Z3.0\n")
+    with pytest.raises(InputError, match=r"line 2: .* the control or the CMM compensated"):
+        read_readings(
+            SourceFile("a.log", f"$13=0\n{line}\n[PRB:1.0,2.0,3.0:1]\n".encode()),
+            ReadingOptions(offset=(0, 0, 0), normal=(0, 0, 1)),
+        )
+
+
+def test_a_rotary_axis_that_moves_between_positions_is_refused() -> None:
+    with pytest.raises(InputError, match="line 3: the rotary axis A has moved"):
+        _read("A0.\nX1.0 Y2.0 Z3.0\nA90.\nX1.0 Y2.0 Z3.0\n")
+    with pytest.raises(InputError, match="line 2: this line changes the coordinates"):
+        _read("X1.0 Y2.0 Z3.0\nB 90.\nX1.0 Y2.0 Z3.0\n")
 
 
 def test_a_line_that_gives_the_unit_is_used() -> None:
@@ -94,6 +140,8 @@ def test_tip_centres_behind_their_surface_are_named() -> None:
         "Q115 = {} Q116 = -2.0 Q117 = 3.0\n",
         "X {}\nY- 2.0\nZ 3.0\n",
         "[Point 1]\nX={}\nY=-2.0\nZ=3.0\n",
+        "POINT   1.\nX  {}\nY- 2.0\nZ 3.0\n",
+        "X1 = {}, Y1 = -2.0, Z1 = 3.0\n",
         "Probe hit at X: {} Y: -2.0 Z: 3.0\n",
     ],
 )

@@ -81,6 +81,9 @@ def test_alignments_and_a_turned_table_are_refused(title: str) -> None:
         ("Success", ("True", "True", "False")),
         ("Status", ("OK", "OK", "MISS")),
         ("Missed", ("no", "no", "yes")),
+        ("Trip signal", ("1.0", "1.0", "0.0")),
+        ("Hit", ("x", "x", "")),
+        ("Remark", ("", "", "probe did not trigger")),
     ],
 )
 def test_a_row_that_states_a_miss_is_refused(title: str, cells: tuple[str, ...]) -> None:

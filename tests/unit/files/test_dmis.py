@@ -7,7 +7,10 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.errors import InputError
+from pretravel.files.file_format import ReadingOptions
 from pretravel.files.logs.dmis import read_dmis
+from pretravel.files.readings import read_readings
+from pretravel.files.source_file import SourceFile
 from tests.support.control_logs import (
     DMIS_OUTPUT,
     written,
@@ -33,6 +36,23 @@ class TestDmis:
         with pytest.raises(InputError, match="is this a program"):
             read_dmis(written(tmp_path, "F(P1)=FEAT/POINT,CART,0,0,0,0,0,1\nMEAS/POINT,F(P1),1\n"))
 
+    def test_definitions_of_sensors_do_not_choose_a_tip(self) -> None:
+        sensors = "".join(
+            f"S({name})=SNSDEF/PROBE,INDEX,POL,0,0,0,0,1,100,{diameter}\n"
+            for name, diameter in (("T1", 6), ("T2", 3))
+        )
+        point = "SNSLCT/S({0})\nFA({0})=FEAT/POINT,CART,0,0,1,0,0,1\n"
+        one = SourceFile("a.dmo", f"UNITS/MM\n{point.format('T1')}{sensors}".encode())
+        found = read_readings(one, ReadingOptions(radius_taken_off=3.0))
+        assert found.touches.words["tip"] == ("T1",)
+        assert any("not read: line 4 'S(T1)=SNSDEF" in said for said in found.warnings)
+        two = SourceFile(
+            "a.dmo", f"UNITS/MM\n{sensors}{point.format('T1')}{point.format('T2')}".encode()
+        )
+        assert len(read_readings(two, ReadingOptions(radius_taken_off=1.5, tip="T2")).touches) == 1
+        with pytest.raises(InputError, match="line 3: this line gives the tip T2 a diameter of 3"):
+            read_readings(two, ReadingOptions(radius_taken_off=3.0, tip="T2"))
+
     @pytest.mark.parametrize(
         ("text", "taken_off", "words"),
         [
@@ -44,6 +64,7 @@ class TestDmis:
             (DMIS_OUTPUT.replace("0.01, 0,0,1", "0.01, 90,90,0"), 0.0, "zeros, or angles"),
             (DMIS_OUTPUT.replace("Feat/Point, CART", "FEAT/POINT,POL"), 0.0, "CART is read"),
             (DMIS_OUTPUT + "FA(P1)=FEAT/POINT,CART,0,0,0,0,0,1\n", 0.0, "occurs twice"),
+            (DMIS_OUTPUT + DMIS_OUTPUT.replace("P1", "P3"), 0.0, "the part or the series"),
             ("PNT1 =FEAT/POINT,CARTESIAN\n", 0.0, "PC-DMIS"),
         ],
     )

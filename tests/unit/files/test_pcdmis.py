@@ -30,6 +30,14 @@ class TestPcDmis:
         found = read_pc_dmis(written(tmp_path, PC_DMIS_ROUTINE), 0.0, "inch")
         assert found.touches.positions[0].tolist() == pytest.approx([0, 0, 5.012 * 25.4])
 
+    @pytest.mark.parametrize(("tip", "told"), [("T2A0B0", True), ("T1A90B0", False)])
+    def test_a_shank_that_the_tip_does_not_name_is_named(
+        self, tmp_path: Path, tip: str, told: bool
+    ) -> None:
+        text = f"TIP/{tip}, SHANKIJK=0, 1, 0, ANGLE=0\n{PC_DMIS_ROUTINE}"
+        said = " ".join(read_pc_dmis(written(tmp_path, text), 3.0, "mm").warnings)
+        assert (f"the shank is not along z: {tip} along 0, 1, 0 (line 1)" in said) == told
+
     @pytest.mark.parametrize(
         ("old", "new", "words"),
         [
@@ -39,6 +47,7 @@ class TestPcDmis:
                 "SNAP=NO\nturn the part\nCIR1 ",
                 "line 8: this line changes the meaning",
             ),
+            ("CIR2 ", "PART NAME : A\nCIR2 ", "line 16: this line changes the part"),
             ("ACTL/7.5,2,5.01,0,0,1", "", "F8 has no THEO or no ACTL"),
             ("FEAT/POINT,RECT\nTHEO/7.5,2,5", "FEAT/POINT,POLR\nTHEO/7.5,2,5", "polar"),
             ("<0,0,5>,<0,0,1>\n            ACTL", "<0,0,5>,<0,0,2>\n            ACTL", "length 2"),

@@ -53,6 +53,8 @@ def test_fast_and_slow_touches_among_moves_stay_passes() -> None:
         ("Check", "io", "nio"),
         ("Accepted", "yes", "no"),
         ("Flags", "0", "4"),
+        ("Status", "1", "-1"),
+        ("Skip input", "closed", "open"),
     ],
 )
 def test_rows_that_a_verdict_calls_bad_are_named(title: str, good: str, bad: str) -> None:

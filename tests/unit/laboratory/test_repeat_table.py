@@ -36,6 +36,9 @@ def _rows(form: str) -> str:
         "Test of today\n" + _rows("test # {i} : {z} mm") + "Max deviation = 0.002\n",
         _rows("{i}) {z} mm"),
         "Trial,Z mm,Status\n" + _rows("{i},{z},ok") + "7,9.0,miss\n",
+        "Trial,Z mm,Hit\n" + _rows("{i},{z},1") + "7,9.0,0\n",
+        "Trial,Z,Unit\n" + _rows("{i},{z},mm"),
+        "Trial  Z-axis mm  Delta mm\n" + _rows("{i}  {z}  {d:.4f}"),
         "Run,M1 mm,M2 mm,M3 mm,M4 mm,M5 mm,M6 mm\n1," + ",".join(map(str, _Z)) + "\n",
         _rows("Z:{z:.4f} C:123"),
         _rows("// Result: at 1.000,2.000 estimate contact at z={z:.6f}"),
@@ -115,6 +118,28 @@ def test_rows_that_a_column_tells_apart_are_two_series(title: str, words: tuple[
     found = _read(text)
     assert [one.name.split()[-1] for one in found.series] == list(words)
     assert [one.values[0] for one in found.series] == [27.3036, 31.3036]
+
+
+@pytest.mark.parametrize(("title", "words"), [("pass", "12"), ("tip", "01"), ("feed", "48")])
+def test_rows_that_a_number_tells_apart_in_turn_are_two_series(title: str, words: str) -> None:
+    rows = "".join(f"{z},{words[0]}\n{z + 0.04:.4f},{words[1]}\n" for z in _Z)
+    found = _read(f"Z mm,{title}\n" + rows)
+    assert [one.name for one in found.series] == [f"{title} {word}" for word in words]
+    assert found.series[0].values.tolist() == [*_Z]
+
+
+@pytest.mark.parametrize(
+    "text", ["Z [in]\n" + _rows("{z}"), "Trial,Z,Unit\n" + _rows("{i},{z},inch")]
+)
+def test_another_unit_than_the_given_one_is_refused(text: str) -> None:
+    assert _read(text).series[0].values[0] == pytest.approx(25.4 * _Z[0], rel=1e-12)
+    with pytest.raises(InputError, match="the file is in inch, but mm was given"):
+        _read(text, "mm")
+
+
+def test_a_note_that_changes_the_readings_after_it_is_refused() -> None:
+    with pytest.raises(InputError, match="line 8: Comment is 'new stylus'"):
+        _read("Trial,Z mm,Comment\n" + _rows("{i},{z},") + "7,27.3,new stylus\n")
 
 
 def test_two_columns_of_readings_are_two_series() -> None:

@@ -95,7 +95,7 @@ def read_g2core_log(
             inputs=("offset",),
         )
     reports, numbers, moves = [], [], LoggedFeeds()
-    stated = StatedRows(file)
+    stated = StatedRows(file, of_centres=True)
     answered = False
     for number, line in enumerate(lines, start=1):
         text = line.replace('\\"', '"')  # some senders quote what they log

@@ -232,7 +232,7 @@ class _GrblLog:
         return tuple(told)
 
     def __post_init__(self) -> None:
-        self.stated = StatedRows(self.file)
+        self.stated = StatedRows(self.file, of_centres=True)
 
     def read_statement(self, line: str, number: int) -> None:
         """Read what a line states in addition to the reports: a tool, a work offset …."""

@@ -16,12 +16,14 @@ from pretravel.files import (
     Source,
     SourceFile,
     StatedRows,
+    column_name,
     joined_axes,
     opened,
     plain_axes,
     units_in_text,
     without_comments,
 )
+from pretravel.touches import WORD_COLUMNS
 
 _WORD = re.compile(
     r"([A-Z])\s*+[:=]?+\s*+([-+]?+\s*+(?:\d++(?:\.\d*+)?+|\.\d++))(?![\d.eE]|,\d)[,;*]?",
@@ -68,7 +70,7 @@ _TITLE = re.compile(r"[^\W\d_]{3,}[^\d=#\[\]/]*")
 """A line of words above the first position: it has no number."""
 _HEAD_LINE = re.compile(
     r"(?:date|time|datum|zeit|uhrzeit|fecha|hora|heure|program(?:m?e?)?|prog|messprogramm|file|"
-    r"datei|operator|bediener|order|auftrag)\b\W*\w",
+    r"datei|operator|bediener|order|auftrag|no\.? of \w+|number of \w+|anzahl)\b\W*\w",
     re.IGNORECASE,
 )
 """A line above the first position that gives the date, the program or the operator."""
@@ -106,12 +108,18 @@ _UNIT_LINE = re.compile(
 _UNIT_WORD = re.compile(r"\b(?:mm|inch|inches|metric|imperial|zoll)\b", re.IGNORECASE)
 _BESIDE = re.compile(r"(?<![^\d.\s])(?:G5[4-9](?:\.\d)?|T\d+)(?![\d.])", re.IGNORECASE)
 """Words anywhere in a line that change what positions mean."""
+_OFFSET = re.compile(r"\s*0?5[4-9](?:\.\d*)?")
+_STATED_WORDS = re.compile(r"(?:[TABCNG]\s*+[:=]?+\s*+[-+]?+[\d.]++\s*+)*+", re.IGNORECASE)
+"""A line of words without a position that are taken one by one."""
+_WHOLE = re.compile(r"0*(\d+)(?:\.0*)?")
 _OTHER_COORDINATES = re.compile(r"\bG(?:91|16|0?7)(?![\d.])", re.IGNORECASE)
 _OTHER = "relative, polar and diameter"
 _ROTARY = "ABC"
 _READ = {*"XYZFGMNT", *_ROTARY}
 _MOVED = 1e-4
 """Rotary axes that differ by more than this have moved. [deg]"""
+_SHOWN = 4
+"""Most names that a sentence shows."""
 _HEAD = 20
 """Lines among which the first position is expected, to recognise the format."""
 
@@ -143,7 +151,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     """
     file = opened(source)
     rows: list[list[float]] = []
-    numbers, feeds, labels, stated = [], [], [], StatedRows(file)
+    numbers, feeds, labels, stated = [], [], [], StatedRows(file, of_centres=True)
     feed: float | None = None
     rotary: dict[str, float] = {}
     unread: set[str] = set()
@@ -152,13 +160,10 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     for number, text in joined_axes(enumerate(file.lines("a log of positions"), start=1)):
         units = _unit_of_comments(file, text, number, units, stated)
         missed = _says_miss(text)
-        line = _without_time_and_signal(without_comments(text))
-        line = _NUMBERED.sub("", line)
-        if not line or line.startswith((";", "%", "#")):
+        if not (line := _line_of_words(text)):
             continue
-        if unit := _UNIT_LINE.fullmatch(line):
-            line = "G21" if unit[1].lower() in ("mm", "metric") else "G20"
         if not rows and _TITLE.fullmatch(line) and not _UNIT_WORD.search(line):
+            stated.note(line, number)
             continue
         if not rows and _HEAD_LINE.match(line):
             heads.append(number)
@@ -170,36 +175,96 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             raise file.error(f"{other[0]}: {_OTHER} positions are not read", number)
         for _, value in (word for word in _WORD.findall(line) if word[0].upper() == "F"):
             feed = file.numbers([_squeezed(value)], number)[0] or None
-        for word in map(str.upper, _BESIDE.findall(line)):
-            if word.startswith("T"):
-                stated.state("tip", word[1:])
-            else:
-                stated.hold(f"{CHANGES['frame']} (work offset)", word, number)
+        numbered = _state_words(stated, line, number)
         known = _STATEMENTS.of(_BESIDE.sub("", line).strip())
         if known is not None and known[0].means != "unit":  # the unit was read
             stated.take(known, line, number)
         if position := _position(file, line, number, rotary):
-            unread |= {name.upper() for name, _ in _WORD.findall(line)} - _READ
+            unread |= {name.upper() for name, value in _WORD.findall(line) if _unknown(name, value)}
             stated.row(number)
             rows.append(position)
             numbers.append(number)
             contact.append(not missed)
             feeds.append(feed)
-            labels.append((named["number"] or named["name"]) if named else "")
+            labels.append((named["number"] or named["name"]) if named else numbered)
+        elif known is None and not _STATED_WORDS.fullmatch(line):
+            stated.take(None, line, number)
     scale = file.scale(units, "the file does not give its units (G20 or G21)")
     if not rows:
         raise file.error("the file contains no position")
+    groups = _groups_of(labels)
     known_feeds = [feed for feed in feeds if feed is not None]
     return FilePositions(
         file.path,
         scale * np.array(rows),
         tuple(numbers),
         None if all(contact) else tuple(contact),
-        labels=tuple(labels) if all(labels) and len(set(labels)) == len(labels) else None,
+        labels=tuple(labels) if all(labels) and len(set(labels)) > 1 and not groups else None,
         feeds=scale * np.array(known_feeds) if len(known_feeds) == len(rows) else None,
-        words=stated.columns(),
-        warnings=(*stated.warnings(), *_not_read(unread), *_heads_not_read(heads)),
+        words=stated.columns() | groups,
+        warnings=(
+            *stated.warnings(),
+            *_not_read(unread),
+            *_heads_not_read(heads),
+            *_names_not_read(labels),
+        ),
     )
+
+
+def _line_of_words(text: str) -> str:
+    """A line without comments, time, signal and the number of a point; its unit as G20 or G21."""
+    if text.lstrip().startswith(";"):
+        return ""
+    line = _NUMBERED.sub("", _without_time_and_signal(without_comments(text)))
+    if unit := _UNIT_LINE.fullmatch(line):
+        return "G21" if unit[1].lower() in ("mm", "metric") else "G20"
+    return "" if line.startswith(("%", "#")) else line
+
+
+def _state_words(stated: StatedRows, line: str, number: int) -> str:
+    """Take the tool and the work offset that words of a line state; its N word, or nothing."""
+    numbered = ""
+    words = _WORD.findall(line)
+    alone = not {name.upper() for name, _ in words} & {*"XYZ"}
+    for name, value in words:
+        whole = _whole(value)
+        if alone and name.upper() in _ROTARY:
+            stated.hold(f"{CHANGES['frame']} (a rotary axis)", name + _squeezed(value), number)
+        if name.upper() == "T" and whole:
+            stated.state("tip", whole)
+        elif name.upper() == "G" and _OFFSET.fullmatch(value):
+            stated.hold(f"{CHANGES['frame']} (work offset)", value, number)
+        elif name.upper() == "N":
+            numbered = whole
+    return numbered
+
+
+def _whole(value: str) -> str:
+    """A whole number without zeros and point, 20 of 020. and of 20.0; empty of another."""
+    found = _WHOLE.fullmatch(_squeezed(value))
+    return found[1] if found else ""
+
+
+def _unknown(name: str, value: str) -> bool:
+    """Whether a word of a position says nothing to the reader: its letter, or T of no tool."""
+    return name.upper() not in _READ or (name.upper() == "T" and not _whole(value))
+
+
+def _groups_of(labels: list[str]) -> dict[str, tuple[str, ...]]:
+    """The column of words that names before the positions are, such as TIP1, TIP1, TIP2."""
+    if not all(labels) or not 1 < len({*labels}) < len(labels):
+        return {}
+    words = {label.rstrip("0123456789 _").lower() for label in labels}
+    role = column_name(words.pop()).role if len(words) == 1 else None
+    return {role: tuple(labels)} if role in WORD_COLUMNS else {}
+
+
+def _names_not_read(labels: list[str]) -> tuple[str, ...]:
+    """A sentence about names that only some positions have."""
+    found = [*dict.fromkeys(filter(None, labels))]
+    if not found or all(labels):
+        return ()
+    return (f"not read: names that only some positions have ({', '.join(found[:_SHOWN])})",)
 
 
 def _unit_of_comments(
@@ -266,8 +331,6 @@ def _position(
     words = dict(pairs)
     if len(words) < len(pairs):
         raise file.error("a coordinate occurs twice", number)
-    if not set(words) & set("XYZ"):
-        return None
     for axis in set(words) & set(_ROTARY):
         if abs(float(words[axis]) - rotary.setdefault(axis, float(words[axis]))) > _MOVED:
             raise file.error(
@@ -275,6 +338,8 @@ def _position(
                 "joined with one plan",
                 number,
             )
+    if not set(words) & set("XYZ"):
+        return None
     if not set("XYZ") <= set(words):
         missing = " and no ".join(axis for axis in "XYZ" if axis not in words)
         raise file.error(f"'{line[:40]}' has no {missing}", number)

@@ -21,7 +21,12 @@ _UNITS = re.compile(r"^UNITS\s*/\s*(\w+)", re.I)
 _UNIT_NAMES = {"MM": "mm", "INCH": "inch"}
 _LABEL = r"(?:\w+\s*\([^)]*\)\s*=\s*)?"
 """The label of a statement, where it has one: D(1)=."""
+_SENSOR = re.compile(r"SA?\s*\(([^)]*)\)\s*=\s*SNSDEF\b(.*)", re.I)
 _TABLE = (
+    RowStatement(
+        "`S(name)=SNSDEF/` (its diameter is compared)", _SENSOR.pattern, then="named",
+        example="S(T1)=SNSDEF/PROBE,INDEX,POL,0,0,0,0,1,100,6",
+    ),
     RowStatement(
         "`SNSLCT/`, `SA(name)`", r"SNSLCT\s*/\s*(.+)|SA?\s*\(([^)]*)\)", "tip", "carried",
         "SNSLCT/SA(TIP_2)",
@@ -49,8 +54,12 @@ _TABLE = (
         "radius", "refused", "PRCOMP/OFF",
     ),
     RowStatement(
-        "`FILNAM/`, `PN()=`, `PS()=PARTSN/` again",
-        r"(FILNAM\s*/.*|(?:P[NSR]|LI|DI)\s*\([^)]*\).*|PART(?:ID|SN|RV)\s*/.*)", "part", "refused",
+        "`FILNAM/` again, and what follows `ENDFIL`", r"(FILNAM\s*/.*|ENDFIL\b)", "part", "refused",
+        "FILNAM/'B',05.2", event=True,
+    ),
+    RowStatement(
+        "`PN()=`, `PS()=PARTSN/` again",
+        r"((?:P[NSR]|LI|DI)\s*\([^)]*\).*|PART(?:ID|SN|RV)\s*/.*)", "part", "refused",
         "PS(S2)=PARTSN/'0002'",
     ),
     RowStatement(
@@ -75,9 +84,9 @@ _TABLE = (
         example="ENDMES",
     ),
     RowStatement(
-        "comments, `TEXT/`, `DISPLY/`, `DATE/`, `TIME/`, `DMISMN/`, `ENDFIL`",
+        "comments, `TEXT/`, `DISPLY/`, `DATE/`, `TIME/`, `DMISMN/`",
         r"\$\$|" + any_of(
-            "TEXT DISPLY VFORM DMISMN DMISMD DMESW DMESWI DMESWV DMEHW DMEID ENDFIL DATE TIME "
+            "TEXT DISPLY VFORM DMISMN DMISMD DMESW DMESWI DMESWV DMEHW DMEID DATE TIME "
             "PRINT END ENDAT DID CLDEF INCLUD XTERN XTRACT CALL SELECT DECL ASSIGN LOTID OPERID "
             "OPEN CLOSE"
         ),
@@ -87,6 +96,8 @@ _TABLE = (
 _STATEMENTS = RowStatements(_TABLE)
 _ROUNDED = 5e-3
 """Normals are printed with few decimals; they are scaled to length one."""
+_ONE_TIP = 0.18
+"""A nominal and a qualified diameter of one tip differ by less. [mm]"""
 _SHOWN = 8
 """Most features that a message names."""
 
@@ -120,7 +131,13 @@ def read_dmis(
     >>> read_dmis(SourceFile("out.dmo", text), 3.0).touches.positions.tolist()
     [[0.0, 0.0, 3.01]]
     """
-    file = opened(source)
+    return _read(opened(source), radius_taken_off, units)
+
+
+def _read(
+    file: SourceFile, radius_taken_off: float | None, units: str | None, tip: str | None = None
+) -> FileReadings:
+    """Read the file, of whose tips one is chosen, perhaps."""
     lines = file.lines("a DMIS file")
     output = _Output(file, units)
     for number, statement in statements(lines):
@@ -129,6 +146,7 @@ def read_dmis(
         raise file.error(_without_points(output))
     radius_taken_off = checked_radius_taken_off(file, "a DMIS file", radius_taken_off)
     scale = file.scale(output.units, "the file has no UNITS")
+    _refuse_other_radius(output, scale, radius_taken_off, tip)
     missed = tuple(label for label in output.nominal if label not in output.actual)
     return FileReadings(
         _touches(output, scale, radius_taken_off), missed=missed, warnings=_warnings(output)
@@ -201,6 +219,7 @@ class _Output:
     actual: dict[str, list[float]] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
     features: list[str] = field(default_factory=list)
+    sensors: dict[str, tuple[float, int]] = field(default_factory=dict)
     stated: StatedRows = field(init=False)
 
     def __post_init__(self) -> None:
@@ -224,6 +243,12 @@ class _Output:
 
     def _hold(self, known: tuple[RowStatement, str] | None, statement: str, number: int) -> None:
         """Keep what a statement between the points says."""
+        if defined := _SENSOR.match(statement):
+            cells = [cell.strip() for cell in defined[2].split(",")]
+            numbers = [cell for cell in cells if re.match(r"[-+.\d]", cell)]
+            if numbers:  # the last one is the diameter of the tip
+                diameter = self.file.numbers(numbers[-1:], number)[0]
+                self.sensors[defined[1].strip()] = (diameter, number)
         if known is not None and known[0].means == "tip":
             inside = re.search(r"\(([^)]*)\)", statement)
             rest = statement.partition(")")[2].strip(" ,") if "SNSLCT" in statement.upper() else ""
@@ -261,6 +286,20 @@ class _Output:
         self.stated.row(number)
         self.actual[label] = values
         self.lines[label] = number
+
+
+def _refuse_other_radius(output: _Output, scale: float, radius: float, tip: str | None) -> None:
+    """Refuse a subtracted radius that is not that of the one tip, as the file defines it. [mm]"""
+    tips = {*output.stated.columns().get("tip", ())} if tip is None else {tip}
+    name = tips.pop() if len(tips) == 1 else ""
+    diameter, line = output.sensors.get(name, (0.0, 0))
+    if radius > 0.0 and line and abs(scale * diameter - 2.0 * radius) > _ONE_TIP:
+        raise output.file.error(
+            f"this line gives the tip {name} a diameter of {scale * diameter:.6g} mm, and a "
+            f"subtracted radius of {radius:.6g} mm is used: one of them is wrong",
+            line,
+            inputs=("radius_taken_off",),
+        )
 
 
 def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:
@@ -345,7 +384,7 @@ DMIS = FileFormat(
     takes=("radius_taken_off",),
     verified="the syntax of public files of two systems",
     recognises=lambda lines: any(_MEASURED.match(line) for line in lines),
-    parse=lambda file, options: read_dmis(file, options.radius_taken_off, options.units),
+    parse=lambda file, options: _read(file, options.radius_taken_off, options.units, options.tip),
     statements=_TABLE,
     other_lines="named",
 )

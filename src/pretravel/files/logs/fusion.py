@@ -27,6 +27,8 @@ _WORD = re.compile(r"([A-DI-LN-OR-UW-Z])([+-]?(?:\d+(?:\.\d*)?|\.\d+))")
 _ROUNDED = 5e-3
 """Normals are printed with four decimals or fewer; they are scaled to length one."""
 _LABEL = ";LABEL "
+_WITHOUT = "; PRETRAVEL COMPENSATED"
+"""Above compensated points, which are no touches to be compensated again."""
 _TABLE = (
     RowStatement(
         "`START` … `END`, `RESULTSFILE`", r"(START|END|RESULTSFILE.*)$", "part", "carried",
@@ -34,7 +36,7 @@ _TABLE = (
     ),
     RowStatement("`TOOLPATHID`", r"TOOLPATHID.*", example="TOOLPATHID 13"),
     RowStatement("`G330` (applied)", r"G330\b.*", example="G330 N1 A0. B0. C0. X0 Y0 Z0 I0 R0"),
-    RowStatement("`G802`", r"G80[012]\b.*", example="G802 N1 X0.1 Y0 Z0"),
+    RowStatement("`G802`", r"G80[012]\b.*", then="named", example="G802 N1 X0.1 Y0 Z0"),
     RowStatement(
         "`T` number, `TOOL`", r"(?:TOOL\w*|T)\s*#?[:=]?\s*(\w+)\s*(?:M0?6)?$", "tip", "carried",
         "T2 M6",
@@ -104,6 +106,8 @@ def read_fusion(source: Source, units: str | None = None) -> FileReadings:
 
 
 _NO_UNITS = "the results file does not give its units"
+_READ = {"G330": "NABC", "G800": "NXYZIJKUL", "G801": "NXYZR"}
+"""Letters of each line that are read, or give the tolerance of a deviation, U and L."""
 _OF_SIEMENS = {"G70": "G20", "G71": "G21"}
 
 
@@ -163,10 +167,11 @@ class _Results:
     names: dict[int, str] = field(default_factory=dict)
     name: str = ""
     named_before: bool = False
+    unread: dict[str, int] = field(default_factory=dict)
     stated: StatedRows = field(init=False)
 
     def __post_init__(self) -> None:
-        self.stated = StatedRows(self.file)
+        self.stated = StatedRows(self.file, of_centres=True)
 
     @property
     def radii(self) -> set[float]:
@@ -179,6 +184,7 @@ class _Results:
             self.toolpath = line[10:].strip()
         elif line.startswith(_LABEL):
             self.next_label = line[len(_LABEL) :].strip()
+            return
         code = line[:4].upper()
         if code not in ("G330", "G800", "G801"):
             self._read_statement(line, number)
@@ -186,6 +192,9 @@ class _Results:
         if self.after_end:
             raise self.file.error("a point after END", number)
         words = _words(self.file, line[4:], number)
+        for letter, value in words.items():
+            if letter not in _READ[code] and value != 0.0:
+                self.unread.setdefault(f"{letter} of {code}", number)
         if code == "G330":
             angles = (words.get(letter, 0.0) * DEGREE for letter in "ABC")
             self.rotation = turned_about_axes(*angles)
@@ -311,6 +320,9 @@ def _warnings(results: _Results) -> tuple[str, ...]:
     if len(results.radii) > 1:
         radii = ", ".join(f"{radius:g}" for radius in sorted(results.radii))
         warnings.append(f"the points have different tip radii R ({radii} mm)")
+    if results.unread:
+        what = ", ".join(f"{what} (line {line})" for what, line in results.unread.items())
+        warnings.append(f"not read: {what}")
     return (*warnings, *results.stated.warnings())
 
 
@@ -342,6 +354,7 @@ def write_fusion(
     nominal_points: npt.ArrayLike | None,
     labels: tuple[str, ...],
     tip_radius: float,
+    note: str = "",
 ) -> None:
     """Write tip centres as a results file, in mm. Fusion subtracts R·IJK to get the surface.
 
@@ -355,6 +368,8 @@ def write_fusion(
         Written as comments, in plain characters: the format numbers its points.
     tip_radius : float
         [mm]
+    note : str
+        A comment above the points.
 
     Raises
     ------
@@ -366,7 +381,7 @@ def write_fusion(
             "a Fusion results file needs the nominal points: columns nominal_x_mm, nominal_y_mm, "
             "nominal_z_mm"
         )
-    lines = ["START", f"RESULTSFILE {plain_name(Path(path).stem)}"]
+    lines = ["START", f"RESULTSFILE {plain_name(Path(path).stem)}", *filter(None, [note])]
     rows = zip(
         plain_labels(labels),
         np.asarray(centers, dtype=np.float64),
@@ -409,7 +424,9 @@ def _write_points(path: Path, points: Points, origin: PointsOrigin) -> None:
     if nominal_points is None and points.deviation is not None:
         nominal_points = points.positions - points.deviation[:, None] * points.normals
     centers = points.positions + origin.tip_radius * points.normals
-    write_fusion(path, centers, points.normals, nominal_points, points.labels, origin.tip_radius)
+    write_fusion(
+        path, centers, points.normals, nominal_points, points.labels, origin.tip_radius, _WITHOUT
+    )
 
 
 FUSION = FileFormat(

@@ -63,7 +63,7 @@ _TABLE = (
     ),
     RowStatement(
         "`PART NAME:`, `SER NUMBER:` again", r"((?:PART NAME|SER NUMBER)\s*:.*)", "part", "refused",
-        "PART NAME  : HOUSING 2",
+        "PART NAME  : HOUSING 2", event=True,
     ),
     RowStatement(
         "`LOOP/START`, `GOTO/`, `CALLSUB/`",
@@ -112,6 +112,9 @@ _STATEMENTS = RowStatements(_TABLE)
 _UNIT = re.compile(r"^(DIM\b.*\b)?UNITS?\s*[/:=]\s*(MM|IN)", re.IGNORECASE)
 """The unit of the routine, or of a dimension, which can be another one."""
 _NO_TOUCH = re.compile(r"^(?:READPOINT|CONSTR)\b", re.IGNORECASE)
+_SHANK = re.compile(r"SHANKIJK\s*=([-+\d., ]+)(?:,|$)", re.IGNORECASE)
+_UPRIGHT = 0.996
+"""Cosine of the angle to z, 5°, below which a shank is not along z."""
 _OF_ONE_TOUCH = re.compile(r"^(?:\w+/)?(?:VECTOR POINT|POINT)\b", re.IGNORECASE)
 _SHOWN = 8
 """Most features that a warning names."""
@@ -201,6 +204,7 @@ class _Routine:
     probe: str = ""
     probes: set[str] = field(default_factory=set)
     units: dict[bool, tuple[str, int]] = field(default_factory=dict)
+    shanks: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.stated = StatedRows(self.file)
@@ -248,8 +252,18 @@ class _Routine:
                 self.stated.state("tip", self.probe)
             else:
                 self.stated.state("tip", f"{self.probe} {known[1]}".strip())
+                self._keep_shank(known[1], statement, number)
             return
         self.stated.take(known, statement, number)
+
+    def _keep_shank(self, tip: str, statement: str, number: int) -> None:
+        """Keep the direction of a shank that the name of its tip does not state, if not along z."""
+        found = _SHANK.search(statement)
+        if found is None or re.search(r"A-?0*[1-9]", tip):
+            return
+        shank = self._numbers(found[1], number)
+        if abs(shank[2]) < _UPRIGHT * float(np.linalg.norm(shank)):
+            self.shanks[tip] = f"{tip} along {found[1].strip(' ,')} (line {number})"
 
     def tips(self) -> dict[str, tuple[str, ...]]:
         """Words of the touches; the probe's name is left out where only one was loaded."""
@@ -369,6 +383,12 @@ def _warnings(routine: _Routine, scale: float) -> tuple[str, ...]:
         taken = "mm" if unit == "inch" else "inch"
         said = f"line {line} gives a dimension in {unit}; the points were taken in {taken}"
         unknown = (said, *unknown)
+    if routine.shanks:
+        held = f"the shank is not along z: {', '.join(routine.shanks.values())}"
+        unknown = (
+            *unknown,
+            f"{held}: this is not kept. Use a map of the probe as it is held there",
+        )
     if not others:
         return unknown
     shown = ", ".join(others[:_SHOWN]) + ("…" if len(others) > _SHOWN else "")

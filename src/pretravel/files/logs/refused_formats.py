@@ -106,7 +106,8 @@ _SIZES = re.compile(
     r"(?:nom(?:inal)?|act(?:ual)?|meas(?:ured)?|soll|ist)?(?:diam(?:eter)?|dia|durchmesser|diametre|"
     r"diametro|form(?:error|dev|fehler)?|roundness|circularity|flatness|cylindricity|straightness|"
     r"rundheit|ebenheit|zylindrizitat|redondez|planitud|cilindricidad|circularite|planeite|"
-    r"cylindricite|rotondita|planarita|sigma|stddev|numpoints|nopoints|points|innerouter|"
+    r"cylindricite|rotondita|planarita|sigma|stddev|(?:n|no|nr|num|number|anzahl)?(?:of)?(?:points|"
+    r"pts|hits|punkte)|innerouter|"
     r"featuretype|geometrytype|elementtype|formabw|fitmethod|major|minor|majoraxis|"
     r"minoraxis)(?:nom|act|meas|dev)?"
 )

@@ -389,7 +389,8 @@ def _losses(touches: Touches, output: Path) -> list[str]:
 
     from pretravel.files import plain_labels, written_format
 
-    if written_format(output).keeps_approaches_and_feeds:
+    known = written_format(output)
+    if known.keeps_approaches_and_feeds:
         return []
     lost = []
     if np.max(np.abs(touches.approach_directions + touches.normals)) > 1e-6:
@@ -398,6 +399,9 @@ def _losses(touches: Touches, output: Path) -> list[str]:
         lost.append("feeds")
     if touches.spindle is not None:
         lost.append("orientations of the spindle")
+    if touches.nominal_points is not None and known.name == "qif":
+        lost.append("nominal points")
+    lost += [f"the column {name}" for name in touches.words]
     if touches.labels is not None and plain_labels(touches.labels) != touches.labels:
         lost.append("characters of labels other than letters, digits, space, _ . -")
     if not lost:
