@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 _LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), strict=True))
 _MORE = "--verbose or -o report.html"
-_BESIDE = 1.0
+_OFF = 1.0
 """Farther from the part than the radius of a tip, a target is not one on the part. [mm]"""
 
 
@@ -254,7 +254,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     ) -> tuple[Placement | None, tuple[str, ...]]:
         """The start that is stated, or that of the targets; None where there is none.
 
-        Targets beside the part are those of another frame, such as the machine's: they say nothing
+        Targets off the part are those of another frame, such as the machine's: they say nothing
         of the place of the part, and a warning names them.
         """
         import numpy as np
@@ -271,7 +271,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
             return None, ()
         feet = feet_on_faces(part, tips.nominal_points)
         away = float(np.median(np.linalg.norm(tips.nominal_points - feet.local.point, axis=1)))
-        if away > pretravel_map.tip_radius + _BESIDE:
+        if away > pretravel_map.tip_radius + _OFF:
             return None, (
                 f"the targets of the touches are {away:.3g} mm from the faces of {part.name} "
                 "(median): they are in another frame, or of another part. They were not used",
