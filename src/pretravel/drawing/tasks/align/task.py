@@ -272,10 +272,11 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         feet = feet_on_faces(part, tips.nominal_points)
         away = float(np.median(np.linalg.norm(tips.nominal_points - feet.local.point, axis=1)))
         if away > pretravel_map.tip_radius + _OFF:
-            return None, (
+            said = (
                 f"the targets of the touches are {away:.3g} mm from the faces of {part.name} "
-                "(median): they are in another frame, or of another part. They were not used",
+                "(median): they are in another frame, or of another part. They were not used"
             )
+            return None, (said,)
         return placement_onto(tips.nominal_points, tips.positions), ()
 
     def datums(self, part: Part) -> list[Datum]:
