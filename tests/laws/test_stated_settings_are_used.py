@@ -74,7 +74,7 @@ align bracket_touches.csv --part bracket.step --map map.json -o p.json
 align bracket_touches.csv --part bracket.step --tip-diameter 6 -o p.json
 compensate bore_touches.csv --map map.json -o p.csv
 compensate nine.csv --map map.json --nominal sphere:radius=12.49935 -o p.json
-compensate bore_touches.csv --map omp40-2 --place 1,2,3,0,0,10 -o p.json
+compensate bore_touches.csv --map omp40-2 --place 1,2,3,0,0,10 --frame part -o p.json
 compensate star_bore_touches.csv --map star.json -o p.json
 measure points.csv --feature bore --select "bore1*" -o f.csv
 measure points.csv --drawing features.toml -o f.csv
@@ -110,7 +110,7 @@ predict omp40-2 --azimuth 0:350:30 --polar 60 -o m.csv
 predict omp40-2 --azimuth 0:350:30 --polar 60 --model shen -o m.csv
 simulate omp40-2 --surface sphere:radius=12.5 --targets few.csv -o t.csv
 simulate omp40-2 --surface sphere:radius=12.5 --targets few.csv --model shen --noise 0.2 --seed 1 -o t.csv
-simulate map.json --surface sphere:radius=12.5 --targets few.csv --place 1,2,3,0,0,10 -o t.csv
+simulate map.json --surface sphere:radius=12.5 --targets few.csv --place 1,2,3,0,0,10 --frame part -o t.csv
 slide omp40-2 --surface plane:polar=40 --at 0.5,0.5 --steps 5 -o s.csv
 slide omp40-2 --surface plane:polar=40 --at 0.5,0.5 --steps 5 --process inclined --model shen -o s.csv
 hysteresis omp40-2 --model rigid --azimuth 0 --steps 10 --cycles 1 -o c.csv

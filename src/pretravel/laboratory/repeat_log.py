@@ -307,7 +307,7 @@ def _of_positions(
     series: list[LoggedSeries] = []
     axes: dict[str, None] = {}
     for name, rows in groups:
-        used = axis or _axis_of(file, positions[rows], lines[rows])
+        used = _axis_of(file, positions[rows], lines[rows], axis)
         if len(rows) >= FEWEST_REPEATS:
             axes[used] = None
         series.append(LoggedSeries(name, positions[rows, _AXES.index(used)], lines[rows]))
@@ -317,10 +317,21 @@ def _of_positions(
     return _checked(file, *_repeated(series), words, told)
 
 
-def _axis_of(file: SourceFile, positions: FloatArray, lines: IntArray) -> MachineAxis:
-    """The axis along which the touches of one place differ."""
+def _axis_of(
+    file: SourceFile, positions: FloatArray, lines: IntArray, stated: MachineAxis | None
+) -> MachineAxis:
+    """The axis along which the touches of one place differ, or the stated one if they can."""
     scatter = np.std(positions, axis=0)
     order = np.argsort(-scatter, kind="stable")
+    if stated is not None:
+        if np.ptp(positions[:, _AXES.index(stated)]) == 0.0 < np.ptp(positions[:, order[0]]):
+            raise file.error(
+                f"the positions differ along {_AXES[order[0]]}, and not along {stated}: leave the "
+                "axis out, or give the one along which the touches went",
+                int(lines[0]),
+                inputs=("axis",),
+            )
+        return stated
     if not scatter.any():  # equal to the last digit
         return "z"
     if len(positions) >= FEWEST_REPEATS and scatter[order[1]] > _ALIKE * scatter[order[0]]:

@@ -213,26 +213,33 @@ class PlacedPart(Task):
     place: Annotated[
         str | None,
         Field(
-            help="Placement of the part (mm, degrees, or the .json file of pretravel align), for "
-            "touches in the machine's frame. Rotations are about the machine's axes, in that "
-            "order; the probe is not rotated.",
+            help="Placement of the part in the machine (mm, degrees, or the .json file of "
+            "pretravel align); give the frame of the touches, too. Rotations are about the "
+            "machine's axes, in that order; the probe is not rotated.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
             word=is_placement,
         ),
     ] = None
     frame: Annotated[
-        Literal["part", "machine"],
+        Literal["part", "machine"] | None,
         Field(
-            help="Frame of the touches; with the file of a placement, the frame of the machine.",
+            help="Frame of the touches, needed where the placement is typed; with the file of a "
+            "placement the default is the frame of the machine.",
+            words={
+                "": "With a file: the machine's",
+                "part": "Frame of the part",
+                "machine": "Frame of the machine",
+            },
             only=("place",),
         ),
-    ] = "part"
+    ] = None
 
     @property
     def in_machine(self) -> bool:
         """Whether the touches are in the machine's frame."""
-        return self.frame == "machine" or bool(self.place and placement_files(self.place))
+        of_file = self.frame is None and bool(self.place and placement_files(self.place))
+        return self.frame == "machine" or of_file
 
     def placement(self) -> Placement:
         """The placement that is stated.
@@ -240,14 +247,22 @@ class PlacedPart(Task):
         Raises
         ------
         PretravelError
-            Touches in the machine's frame without a placement of the part.
+            Touches in the machine's frame without a placement of the part; a typed placement
+            without the frame of the touches.
         """
         from pretravel.base import Placement, parse_placement
         from pretravel.files import read_placement
 
         if self.place is not None:
             files = placement_files(self.place)
-            return read_placement(files[0]) if files else parse_placement(self.place)
+            typed = None if files else parse_placement(self.place)
+            if typed is not None and self.frame is None:
+                raise PretravelError(
+                    "are the touches in the frame of the part, or of the machine? A turn of the "
+                    "part gives them other normals in the machine. Give the frame: part or machine",
+                    inputs=("place", "frame"),
+                )
+            return read_placement(files[0]) if typed is None else typed
         if self.frame == "machine":
             raise PretravelError(
                 "touches in the machine's frame need the placement of the part: x,y,z,a,b,c",

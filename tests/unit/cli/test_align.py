@@ -190,6 +190,24 @@ def test_touches_that_cannot_say_where_a_part_lies(tmp_path: Path, rows: int) ->
     assert "do not say where a part lies" in " ".join(text.split())
 
 
+def test_targets_that_are_not_on_the_part_are_no_start(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Targets in the machine's frame, as touches of a part that a machine knows have them."""
+    head, *touches = TOUCHES.read_text().splitlines()
+    there = (f"{row},{row.split(',', 1)[1]}" for row in touches)
+    head += ",nominal_x_mm,nominal_y_mm,nominal_z_mm"
+    (tmp_path / "machine.csv").write_text("\n".join([head, *there]) + "\n")
+    monkeypatch.setattr(aligning, "only_placement", lambda *_, **__: TRUE)  # the search
+    _, warned = both_outputs(
+        "align", tmp_path / "machine.csv", "--part", PART, "--map", folder / "map.json",
+        "-o", tmp_path / "place.json",
+    )  # fmt: skip
+    assert "mm from the faces of bracket.step (median): they are in another frame" in warned
+    found = read_placement(tmp_path / "place.json")
+    assert np.abs(found.shift - TRUE.shift).max() < 0.01
+
+
 def _twice(tips: TipCentres, part: Part, made: PretravelMap, *, extrapolate: bool) -> list[object]:
     return [align(tips, part, made, TRUE, extrapolate=extrapolate)] * 2
 

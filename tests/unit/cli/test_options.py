@@ -64,6 +64,7 @@ def test_every_number_has_a_range() -> None:
         ("qualify t.csv --diameter 2_5", "--diameter 2_5: it must be a number"),
         ("hysteresis omp40-2 --cycles=1_0", "--cycles 1_0: it must be a number"),
         ("compensate t.csv --map m.json --place 1_0,0,0 -o p.csv", "placement '1_0,0,0'"),
+        ("compensate t.csv --map m.json --place 1,2,3,0,0,9 -o p.csv", "of the part, or of the m"),
         ("program sphere m.toml --diameter 25 --feeds nan -o s.ngc", "--feeds nan"),
     ],
 )

@@ -201,3 +201,6 @@ def test_an_axis_that_the_file_contradicts_is_refused() -> None:
     assert read_repeats(log, axis="z").series[0].values == pytest.approx(HEIGHTS)
     with pytest.raises(InputError, match="not along x: leave the axis out"):
         read_repeats(log, axis="x")
+    table = "x_mm,y_mm,z_mm\n" + "".join(f"{x:.6f},5,0\n" for x in HEIGHTS)
+    with pytest.raises(InputError, match="differ along x, and not along z: leave the axis out"):
+        read_repeats(_log(table), axis="z")  # it said that the noise is zero

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 _LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), strict=True))
 _MORE = "--verbose or -o report.html"
+_OFF = 1.0
+"""Farther from the part than the radius of a tip, a target is not one on the part. [mm]"""
 
 
 class Align(TouchFilesWithFeed, OfOneTip, Reported):
@@ -213,7 +215,9 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         refuse_other_orientation(readings.touches, pretravel_map)
         tips = TipCentres.of(readings.touches, stated_approaches=not readings.normals_taken)
         extrapolate = self.extrapolate or self.map_file is None
-        start, found_from, notes = self._start(tips), "as given", tuple[str, ...]()
+        start, unused = self._start(tips, part, pretravel_map)
+        found_from, notes = "as given", tuple[str, ...]()
+        coarse += unused
         if start is None:
             start = only_placement(tips, part, pretravel_map, extrapolate=extrapolate)
             found_from = "a search over all placements"
@@ -245,18 +249,35 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         readings = replace(readings, warnings=(*readings.warnings, *coarse))
         return AlignedPart(self, readings, alignment, found_from, notes)
 
-    def _start(self, tips: TipCentres) -> Placement | None:
-        """The start that is stated, or that of the targets; None where there is none."""
+    def _start(
+        self, tips: TipCentres, part: Part, pretravel_map: PretravelMap
+    ) -> tuple[Placement | None, tuple[str, ...]]:
+        """The start that is stated, or that of the targets; None where there is none.
+
+        Targets off the part are those of another frame, such as the machine's: they say nothing
+        of the place of the part, and a warning names them.
+        """
+        import numpy as np
+
         from pretravel.base import parse_placement
         from pretravel.drawing.alignment.alignment_fit import placement_onto
         from pretravel.files import read_placement
+        from pretravel.surface import feet_on_faces
 
         if self.start is not None:
             files = placement_files(self.start)
-            return read_placement(files[0]) if files else parse_placement(self.start)
+            return read_placement(files[0]) if files else parse_placement(self.start), ()
         if tips.nominal_points is None or len(tips) < 3:
-            return None
-        return placement_onto(tips.nominal_points, tips.positions)
+            return None, ()
+        feet = feet_on_faces(part, tips.nominal_points)
+        away = float(np.median(np.linalg.norm(tips.nominal_points - feet.local.point, axis=1)))
+        if away > pretravel_map.tip_radius + _OFF:
+            said = (
+                f"the targets of the touches are {away:.3g} mm from the faces of {part.name} "
+                "(median): they are in another frame, or of another part. They were not used"
+            )
+            return None, (said,)
+        return placement_onto(tips.nominal_points, tips.positions), ()
 
     def datums(self, part: Part) -> list[Datum]:
         """The datums, with the indices of their faces.

@@ -179,7 +179,8 @@ def _first_words(judged: RepeatSeries) -> str:
         return f"yes, by {size} (u = {_um(first.u)})"
     if judged.step and 0.5 * judged.step < abs(first.size) <= 1.5 * judged.step:
         return f"no: {size} is one step of the positions, which rounding makes too"
-    chance = f"by chance the first touch differs as much in {100.0 * first.p_value:.2g} % of series"
+    share = float(f"{100.0 * first.p_value:.2g}")  # 100, not 1e+02
+    chance = f"by chance the first touch differs as much in {share:g} % of series"
     return f"no: {size} is within the noise ({chance})"
 
 
