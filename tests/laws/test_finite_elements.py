@@ -18,7 +18,7 @@ from pretravel.design.fem.elasticity import (
     FiniteElementModel,
     finite_element_model,
     rigid_motions,
-    von_mises,
+    stress_of,
 )
 from pretravel.design.fem.finite_element_mesh import (
     FiniteElementMesh,
@@ -101,7 +101,7 @@ def test_patch_uniform_strain_is_met_exactly() -> None:
     strain = 1e-4
     nu = material("steel").poissons_ratio
     pulled = mesh.points * strain * np.array([-nu, -nu, 1.0])  # uniaxial stress along z
-    stress = von_mises(mesh, steel, pulled)
+    stress = stress_of(mesh, steel)(pulled)
     assert stress == pytest.approx(strain * material("steel").youngs_modulus, rel=1e-9)
 
 

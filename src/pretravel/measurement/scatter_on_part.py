@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -95,7 +96,7 @@ class ScatterOnPart:
     faces: ScatterSums = field(default_factory=ScatterSums)
     dof_of_map: float = 0.0
 
-    @property
+    @cached_property
     def larger(self) -> ScatterSums | None:
         """Of the repeats, where they scatter more than the touches of the map.
 
@@ -109,11 +110,6 @@ class ScatterOnPart:
             return None
         of_map = known * seen.of_map**2
         return seen.joined(ScatterSums(of_map, of_map, known))
-
-    @property
-    def of_touch(self) -> float | None:
-        """Standard deviation of a touch, where repeats show a larger one than the map. [mm]"""
-        return None if self.larger is None else self.larger.deviation
 
     def with_faces(
         self, positions: FloatArray, normals: FloatArray, expected: FloatArray

@@ -16,7 +16,7 @@ from pretravel.base import MICROMETRE, FloatArray, PretravelError
 from pretravel.maps import Observation, QualificationSetup
 from pretravel.qualification.first_touches import FirstTouches, first_touches
 from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
-from pretravel.qualification.sudden_changes import level_change, reference_jump
+from pretravel.qualification.sudden_changes import SuddenChange, sudden_change
 from pretravel.qualification.touch_order import (
     between_predecessors,
     drift_columns,
@@ -194,13 +194,13 @@ def _of_one_state(
         changed, apart = first.change, first.u_in_common
         observation = _changed(observation, changed)
     if drift_is_separable(observation.groups, order):
-        if observation.repeats.deviation > _USUAL_NOISE:
-            _refuse_moved_reference(observation)
-        level = level_change(observation.values, observation.directions, observation.groups)
-        if level is not None:
-            warnings.append(_level_warning(level, len(order)))
-            half_way = level[1] * (np.asarray(order >= level[0], dtype=np.float64) - 0.5)
-            changed, apart = changed + half_way, math.hypot(apart, 0.5 * level[1])
+        found = sudden_change(observation.values, observation.directions, observation.groups)
+        if found is not None and observation.repeats.deviation > _USUAL_NOISE:
+            _refuse_moved_reference(found, len(order))
+        if found is not None and found.level:
+            warnings.append(_level_warning(found, len(order)))
+            half_way = found.level * (np.asarray(order >= found.first, dtype=np.float64) - 0.5)
+            changed, apart = changed + half_way, math.hypot(apart, 0.5 * found.level)
             observation = _changed(observation, half_way)
     return observation, changed, apart, first, warnings
 
@@ -224,19 +224,17 @@ def _drift(observation: Observation, order: FloatArray) -> tuple[FloatArray, Flo
     return drift, change, warnings
 
 
-def _refuse_moved_reference(observation: Observation) -> None:
+def _refuse_moved_reference(found: SuddenChange, count: int) -> None:
     """Refuse touches of a reference that was moved in between, as by another clamping.
 
     Raises
     ------
     PretravelError
     """
-    values, directions, groups = observation.values, observation.directions, observation.groups
-    jump = reference_jump(values, directions, groups)
-    if jump is not None and float(np.linalg.norm(jump[1])) > _MOVED:
-        first, (x, y, z) = jump[0], jump[1] / MICROMETRE
+    if float(np.linalg.norm(found.shift)) > _MOVED:
+        x, y, z = found.shift / MICROMETRE
         raise PretravelError(
-            f"from touch {first + 1} of {len(values)} on, the reference lies ({x:+.1f}, {y:+.1f}, "
+            f"from touch {found.first + 1} of {count} on, the reference lies ({x:+.1f}, {y:+.1f}, "
             f"{z:+.1f}) µm from where it lay before: it was moved, the tip rests elsewhere "
             "since, or these are touches of two days or clampings. Use the touches before or after "
             "this touch alone",
@@ -269,14 +267,13 @@ def _changed(observation: Observation, change: FloatArray) -> Observation:
     return replace(observation, positions=observation.positions + moved)
 
 
-def _level_warning(level: tuple[int, float], count: int) -> str:
-    first, size = level
+def _level_warning(found: SuddenChange, count: int) -> str:
     return (
-        f"from touch {first + 1} of {count} on, the pretravel of all directions differs by "
-        f"{size / MICROMETRE:+.1f} µm from that of the touches before. Another feed, another force "
-        "or a changed probe explains this better than a drift of the reference. The map is half "
-        "way between both states, and u of the tip's radius contains half of the difference. Give "
-        "the feeds (column feed_mm_min), or qualify with the touches of one state"
+        f"from touch {found.first + 1} of {count} on, the pretravel of all directions differs by "
+        f"{found.level / MICROMETRE:+.1f} µm from that of the touches before. Another feed, "
+        "another force or a changed probe explains this better than a drift of the reference. The "
+        "map is half way between both states, and u of the tip's radius contains half of the "
+        "difference. Give the feeds (column feed_mm_min), or qualify with the touches of one state"
     )
 
 

@@ -7,6 +7,7 @@ Bayesian information criterion.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,49 +24,31 @@ _MUCH_BETTER = 10.0
 """Logarithm of the odds from which a drift is not the cause: the first touch was chosen, too."""
 
 
-def level_change(
-    values: FloatArray, directions: FloatArray, groups: IntArray
-) -> tuple[int, float] | None:
-    """From which touch on all directions read more alike, where a drift explains that worse.
+@dataclass(frozen=True, eq=False)
+class SuddenChange:
+    """What differs from one touch on: the level of all directions, or the place of the reference.
 
-    A feed that was changed does this, or a probe that changed.
-
-    Parameters
+    Attributes
     ----------
-    values : (n,) float
-        Pretravel, in the order of the touches. [mm]
-    directions : (n, 3) float
-    groups : (n,) int
-        Number of the direction of each touch.
-
-    Returns
-    -------
-    first, size : int, float, or None
-        The first touch that differs, and by how much. [mm]
-
-    >>> n = np.tile([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]], (4, 1))
-    >>> later = np.arange(20) >= 10
-    >>> first, size = level_change(
-    ...     0.01 * later + 1e-5 * np.cos(np.arange(20) ** 2), n, np.tile(np.arange(5), 4)
-    ... )
-    >>> first, round(size, 6)
-    (10, 0.010001)
+    first : int
+        The first touch that differs.
+    level : float
+        By how much all directions read more; zero where the reference moved. [mm]
+    shift : (3,) float
+        Movement of the reference, probe frame; zero where the level changed. [mm]
     """
-    best = _best_step(values, np.ones((len(values), 1)), groups)
-    moved = _best_step(values, directions, groups)
-    if best is None or moved is None:
-        return None
-    first, value, left = best
-    two = math.log(len(values))  # what two coefficients more must gain
-    over_drift = _gain(_left_by_drift(values, directions, groups), left, groups) + 0.5 * two
-    over_move = _gain(moved[2], left, groups) + two
-    return (first, float(value[0])) if over_drift > _MUCH_BETTER and over_move > 0.0 else None
+
+    first: int
+    level: float
+    shift: FloatArray
 
 
-def reference_jump(
+def sudden_change(
     values: FloatArray, directions: FloatArray, groups: IntArray
-) -> tuple[int, FloatArray] | None:
-    """From which touch on the reference lies elsewhere, where a drift or a level explains worse.
+) -> SuddenChange | None:
+    """A change at one touch, where neither a drift nor the other change explains the touches.
+
+    The level changes with the feed, or with the probe.
 
     Parameters
     ----------
@@ -77,25 +60,33 @@ def reference_jump(
 
     Returns
     -------
-    first, shift : int, (3,) float, or None
-        The first touch on the moved reference, and its movement, probe frame. [mm]
+    SuddenChange or None
 
     >>> n = np.tile([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]], (4, 1))
-    >>> moved = -0.05 * n.sum(axis=1) * (np.arange(20) >= 7)
-    >>> first, shift = reference_jump(moved, n, np.tile(np.arange(5), 4))
-    >>> first, shift.round(4).tolist()
+    >>> groups, noise = np.tile(np.arange(5), 4), 1e-5 * np.cos(np.arange(20) ** 2)
+    >>> found = sudden_change(0.01 * (np.arange(20) >= 10) + noise, n, groups)
+    >>> found.first, round(found.level, 6)
+    (10, 0.010001)
+    >>> found = sudden_change(-0.05 * n.sum(axis=1) * (np.arange(20) >= 7), n, groups)
+    >>> found.first, found.shift.round(4).tolist()
     (7, [0.05, 0.05, 0.05])
     """
-    best = _best_step(values, directions, groups)
     level = _best_step(values, np.ones((len(values), 1)), groups)
-    if best is None or level is None:
+    jump = _best_step(values, directions, groups)
+    if level is None or jump is None:
         return None
-    first, value, left = best
-    gain = _gain(min(level[2], _left_by_drift(values, directions, groups)), left, groups)
+    drift = _left_by_drift(values, directions, groups)
+    two = math.log(len(values))  # what two coefficients more must gain
+    first, value, left = level
+    over_drift = _gain(drift, left, groups) + 0.5 * two
+    if over_drift > _MUCH_BETTER and _gain(jump[2], left, groups) + two > 0.0:
+        return SuddenChange(first, float(value[0]), np.zeros(3))
+    first, value, left = jump
+    gain = _gain(min(level[2], drift), left, groups)
     by_far = gain > 0.5 * _free(groups) * math.log(_BY_FAR)
     # Pretravel is smaller where the reference comes towards the tip.
-    better = gain - 1.5 * math.log(len(values)) > _MUCH_BETTER
-    return (first, -value) if by_far and better else None
+    better = gain - 1.5 * two > _MUCH_BETTER
+    return SuddenChange(first, 0.0, -value) if by_far and better else None
 
 
 def _best_step(

@@ -108,8 +108,6 @@ class PhysicalMapFit(MapFit):
         contain nothing about it; 1, the prior has no effect.
     scales : WeightedScales
         Of asymmetry, correction and scatter, with their probabilities.
-    gauge_uncertainty : (axes,) float
-        Of the shift that touches cannot separate from the map. [mm]
     misfit : float
         Probability of residuals this large for a six-seat probe; nan without repeats, and where
         the fit began at an earlier one.
@@ -123,7 +121,6 @@ class PhysicalMapFit(MapFit):
     parameter_covariance: FloatArray
     learned: FloatArray
     scales: WeightedScales
-    gauge_uncertainty: FloatArray
     misfit: float
     disagreement: float = 0.0
 
@@ -233,7 +230,7 @@ def fit_physical(
     sizes and the scale of asymmetry are averaged over (`identification.scale_weights`), so that u
     of the map contains what the map misses in directions that were not touched. The covariance of
     the map is that of distances: the part that a shift of the reference explains is removed from
-    it and stated as `gauge_uncertainty`.
+    it and stated as `shift_covariance`.
 
     References
     ----------
@@ -457,7 +454,6 @@ def _concluded(
         parameter_covariance=covariance[extra : problem.size, extra : problem.size],
         learned=learned,
         scales=weighted,
-        gauge_uncertainty=np.sqrt(np.diag(gauge)),
         misfit=misfit,
     )
 

@@ -14,7 +14,7 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.design.fem.condensation import ElasticField, ReducedModel
 from pretravel.design.fem.elastic_field import TriggerField, field_at_trigger, stress_by_direction
-from pretravel.design.fem.elasticity import von_mises
+from pretravel.design.fem.elasticity import stress_of
 from pretravel.design.fem.finite_element_mesh import FiniteElementMesh
 from pretravel.design.fem.interface_loads import SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.prediction.catalogue import load_probe
@@ -119,7 +119,7 @@ def test_the_body_moves_with_its_modes_and_stays_on_its_seats(
 def stress(probe: Probe, body: ReducedModel, direction: FloatArray, share: float) -> FloatArray:
     elastic = body.elastic_field
     moved = elastic.modes @ interface(probe, direction, share)
-    return von_mises(elastic.mesh, elastic.materials, moved)
+    return stress_of(elastic.mesh, elastic.materials)(moved)
 
 
 def test_stress_is_that_of_all_forces_and_at_rest_of_the_spring(

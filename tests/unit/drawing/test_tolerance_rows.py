@@ -1,8 +1,9 @@
 """The table of the workbench keeps all that a drawing states, and nothing is lost on the way."""
 
+import json
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,7 +19,6 @@ from pretravel.drawing.tolerances.features_file import (
     DrawnPattern,
     DrawnRelation,
     NotDecided,
-    drawing_text,
     read_features_file,
 )
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
@@ -74,9 +74,30 @@ def test_a_drawing_through_the_table() -> None:
     assert found.not_decided == DRAWING.not_decided
 
 
+KEYS = {
+    name: f"{name}_mm"
+    for name in ("at", "nominal", "form_tolerance", "position_tolerance", "offset", "between")
+} | {"zone": "tolerance_mm"}
+
+
+def _table(head: str, value: Any, keys: dict[str, str] = KEYS) -> str:
+    stated = {f.name: getattr(value, f.name) for f in fields(value) if f.name != "geometric"}
+    lines = [
+        f"{keys.get(name, name)} = {json.dumps(each, ensure_ascii=False)}"
+        for name, each in stated.items() if each not in (None, "", (), 0.0)
+    ]  # fmt: skip
+    return "\n".join([head, *lines]) + "\n"
+
+
 def test_a_drawing_through_its_file(tmp_path: Path) -> None:
-    path = tmp_path / "drawing.toml"
-    path.write_text(drawing_text(DRAWING))
+    path, blocks = tmp_path / "drawing.toml", []
+    for each in DRAWING.feature:
+        blocks += [_table("[[feature]]", each)]
+        blocks += [_table("[[feature.geometric]]", one) for one in each.geometric]
+    blocks += [_table("[[pattern]]", each) for each in DRAWING.pattern]
+    blocks += [_table("[[between]]", each, {}) for each in DRAWING.between]
+    blocks += [_table("[[not_decided]]", each, {}) for each in DRAWING.not_decided]
+    path.write_text("".join(blocks))
     assert read_features_file(path) == DRAWING
 
 

@@ -100,20 +100,22 @@ def test_parts_of_a_table_show_it_together() -> None:
     """Three places twice with twice the scatter show nothing, twenty times as many do."""
     alone = ScatterOnPart(dof_of_map=50.0)
     few = replace(alone, repeats=replace(alone.repeats, squares=1.08e-6, expected=2.7e-7, dof=3.0))
-    assert few.of_touch is None
+    assert few.larger is None
     many = few
     for _ in range(19):
         many = many.joined(few)
-    assert many.of_touch == pytest.approx(few.repeats.deviation)
+    assert many.larger is not None
+    assert many.larger.deviation == pytest.approx(few.repeats.deviation)
 
 
 def test_a_map_of_few_touches_knows_its_scatter_less_well_than_the_part() -> None:
     """s² of 7 and of 12 degrees of freedom together, where 12 show twice the scatter by chance."""
     few = ScatterOnPart(ScatterSums(12 * 4e-6, 12 * 1e-6, 12.0), dof_of_map=7.0)
-    assert few.of_touch == pytest.approx(1e-3 * np.sqrt((7 * 1.0 + 12 * 4.0) / 19))
+    assert few.larger is not None
+    assert few.larger.deviation == pytest.approx(1e-3 * np.sqrt((7 * 1.0 + 12 * 4.0) / 19))
     assert not few.sentences()  # F(12, 7) exceeds 4 in one of 30
-    assert replace(few, dof_of_map=13.0).of_touch is None
-    assert replace(few, repeats=ScatterSums(12 * 0.9e-6, 12 * 1e-6, 12.0)).of_touch is None
+    assert replace(few, dof_of_map=13.0).larger is None
+    assert replace(few, repeats=ScatterSums(12 * 0.9e-6, 12 * 1e-6, 12.0)).larger is None
     # Four places four times, off by 0.6 µm · (1, -1, 1, -1): dof 12, s = 0.69 µm.
     normals = np.repeat(fibonacci_cap(4, 1.4), 4, axis=0)
     at = 50.0 * normals + (2.99 + 0.6e-3 * np.resize([1.0, -1.0], 16))[:, None] * normals
@@ -134,11 +136,12 @@ def test_the_points_carry_what_their_repeats_showed() -> None:
     normals, errors = _pairs(np.random.default_rng(53))
     touches, points = _compensated(50.0 * normals, normals, errors)
     assert points.scatter is not None
-    seen = points.scatter.of_touch
+    assert points.scatter.larger is not None
+    seen = points.scatter.larger.deviation
     own = np.sqrt(np.mean(np.diff(errors.reshape(-1, 2), axis=1) ** 2) / 2.0)
     assert seen == pytest.approx(own, rel=0.02)  # the pretravel of inclined touches is that of all
     summary = TouchSummary.of(touches, points, MAP)
-    assert summary.scatter.of_touch == seen
+    assert summary.scatter.larger == points.scatter.larger
     sources = point_sources(touches, points, MAP)
     whole = np.diag(total_covariance(sources).matrix)
     np.testing.assert_allclose(whole, points.standard_uncertainty**2, rtol=1e-9)
@@ -157,8 +160,8 @@ def test_a_separation_is_widened_by_the_repeats_of_the_part() -> None:
     points = apply(touches, MAP, scatter=separated)
     assert points.scatter is not None
     assert "same place" in _said(touches, points)
-    seen = points.scatter.of_touch
-    assert seen is not None
+    assert points.scatter.larger is not None
+    seen = points.scatter.larger.deviation
     # The map and the tip radius add less than a tenth to the variance of a touch.
     assert points.standard_uncertainty.min() == pytest.approx(seen, rel=0.05)
 

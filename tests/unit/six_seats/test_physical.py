@@ -210,7 +210,6 @@ def test_the_uncertainty_is_that_of_distances(case: str) -> None:
     found = fit.covariance.variance_of(fit.basis.design(n))
     assert found == pytest.approx(expected, rel=1e-6)
     assert fit.shift_covariance == pytest.approx(covariance[:axes, :axes])
-    assert fit.gauge_uncertainty == pytest.approx(np.sqrt(np.diag(covariance)[:axes]))
     parameters = covariance[extra : extra + 18, extra : extra + 18]
     assert fit.parameter_covariance == pytest.approx(parameters * np.outer(rates, rates))
     scale = fit.scales.mean("asymmetry")

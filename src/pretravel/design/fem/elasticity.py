@@ -179,37 +179,10 @@ def rigid_motions(points: FloatArray) -> FloatArray:
     return motions.reshape(-1, 6)
 
 
-def von_mises(
-    mesh: FiniteElementMesh, materials: Mapping[str, Material], displacement: FloatArray
-) -> FloatArray:
-    """Von Mises stress, mean over each element's four points.
-
-    Parameters
-    ----------
-    mesh, materials
-    displacement : (n, 3) float
-        [mm]
-
-    Returns
-    -------
-    (m,) float
-        [MPa]
-
-    >>> import numpy as np
-    >>> from pretravel.design.fem.mesh import MeshSettings, mesh_probe
-    >>> from pretravel.prediction.catalogue import load_probe
-    >>> solids, mesh = mesh_probe(load_probe("omp40-2"), MeshSettings(refinement=0.4))
-    >>> moved = np.ones_like(mesh.points)  # a translation stresses nothing
-    >>> bool(von_mises(mesh, solids.materials, moved).max() < 1e-6)
-    True
-    """
-    return stress_of(mesh, materials)(displacement)
-
-
 def stress_of(
     mesh: FiniteElementMesh, materials: Mapping[str, Material]
 ) -> Callable[[FloatArray], FloatArray]:
-    """`von_mises` as a function of the displacement, for several displacements of one mesh.
+    """Von Mises stress, mean over each element's four points, as a function of the displacement.
 
     Parameters
     ----------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -349,41 +348,3 @@ def read_features_file(path: str | Path) -> Drawing:
         if str(path) in str(error):
             raise
         raise PretravelError(f"{path}: {error}", inputs=error.inputs) from None
-
-
-def drawing_text(drawing: Drawing) -> str:
-    """A drawing as the file that `read_features_file` reads.
-
-    Parameters
-    ----------
-    drawing : Drawing
-
-    >>> print(drawing_text(Drawing((DrawnFeature("plane", faces=(3,), form_tolerance=0.02),))))
-    [[feature]]
-    kind = "plane"
-    form_tolerance_mm = 0.02
-    faces = [3]
-    <BLANKLINE>
-    """
-    blocks = []
-    for each in drawing.feature:
-        blocks.append(_table_text("[[feature]]", each))
-        blocks += [_table_text("[[feature.geometric]]", one) for one in each.geometric]
-    blocks += [_table_text("[[pattern]]", each) for each in drawing.pattern]
-    blocks += [_table_text("[[between]]", each) for each in drawing.between]
-    blocks += [_table_text("[[not_decided]]", each) for each in drawing.not_decided]
-    return "\n".join(blocks)
-
-
-def _table_text(
-    head: str,
-    value: DrawnFeature | GeometricTolerance | DrawnPattern | DrawnRelation | NotDecided,
-) -> str:
-    keys = _STRUCTURE.keys(type(value))
-    stated = {key: getattr(value, name) for name, key in keys.items() if name != "geometric"}
-    lines = [
-        f"{key} = {json.dumps(each, ensure_ascii=False)}"
-        for key, each in stated.items()
-        if each is not None and each not in ("", (), 0.0)
-    ]
-    return "\n".join([head, *lines]) + "\n"

@@ -117,8 +117,6 @@ def nominal_of_part(placed: PlacedFeature, part: Part) -> PlacedFeature:
         return placed
     feet = feet_on_faces(part, found.points)
     axis = feet.local.normal.mean(axis=0) if kind == "plane" else found.direction
-    if kind == "slot":
-        axis = found.direction
     try:
         nominal = associate(kind, feet.local.point, axis=axis, at=placed.point)
     except PretravelError:

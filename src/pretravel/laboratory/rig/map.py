@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-from pretravel.base import FloatArray, PretravelError, from_angles
+from pretravel.base import PretravelError, from_angles
 from pretravel.laboratory.rig.budget import (
     LengthComponent,
     length_budget,
@@ -87,39 +86,4 @@ def rig_map(
             touches=f"{sum(d.count for d in directions)} in {len(directions)} directions",
             gauge="pretravel is absolute: rod against laser",
         ),
-    )
-
-
-def compensated_diameter(
-    measured: npt.ArrayLike, first_pretravel: float, second_pretravel: float, taken_off: float
-) -> FloatArray:
-    """An outer diameter from two opposite touches, with the pretravel of each direction.
-
-    Parameters
-    ----------
-    measured : (n,) float
-        By the machine, with one effective radius for all directions. [mm]
-    first_pretravel, second_pretravel : float
-        In the two directions. [mm]
-    taken_off : float
-        Mean pretravel that the machine's effective radius contains already. [mm]
-
-    Returns
-    -------
-    (n,) float
-        [mm]
-
-    References
-    ----------
-    Ren 2020, Table 1, with an amount that does not follow from its equations
-    (docs/validation.md).
-
-    >>> float(compensated_diameter(29.9852, 0.0035, 0.0032, 0.0030).round(4))
-    29.9859
-    """
-    return np.asarray(
-        np.asarray(measured, dtype=np.float64)
-        + first_pretravel
-        + second_pretravel
-        - 2.0 * taken_off
     )
