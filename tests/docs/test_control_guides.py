@@ -213,7 +213,7 @@ def test_numbers_by_hand(qualified: Path) -> None:
         if float(row["polar_deg"]) == 90.0
     }
     values = [equator[azimuth] for azimuth in (0.0, 90.0, 180.0, 270.0)]
-    assert f"| pretravel | {' | '.join(f'{value:.1f} µm' for value in values)} |" in text
+    assert f"| pretravel/µm | {' | '.join(f'{value:.2f}' for value in values)} |" in text
     assert f"= {values[0] + values[2]:.1f} µm" in text
     assert f"{(values[0] - values[2]) / 2:.1f} µm in X" in text
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
@@ -30,6 +29,7 @@ from pretravel.files import (
     read_touch_columns,
 )
 from pretravel.laboratory.repeat_table import (
+    SERIES_OF_LABEL,
     LoggedSeries,
     column_of_heights,
     columns_of_readings,
@@ -64,7 +64,6 @@ _TURNS = 3
 """Changes between two levels; a jump has one, an outlier two."""
 _APART = 5.0
 """Levels are apart by more than this many times the range at a level."""
-_SERIES_OF_LABEL = re.compile(r"(.+)/\d+")
 _ONCE = (
     "PROBEOPEN does not write a touch whose position is equal to the one before: such touches are "
     "missing, and the noise looks larger than it is. Log with LOG instead"
@@ -406,7 +405,7 @@ def _travel(approaches: FloatArray | None) -> dict[str, list[str]]:
 
 
 def _series_name(labels: Sequence[str] | None, row: int) -> str:
-    stated = _SERIES_OF_LABEL.fullmatch(labels[row]) if labels else None
+    stated = SERIES_OF_LABEL.fullmatch(labels[row]) if labels else None
     return stated[1] if stated else ""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,8 @@ from pretravel.files import (
 )
 from pretravel.touches import FEWEST_REPEATS
 
+SERIES_OF_LABEL = re.compile(r"(.+)/\d+")
+"""A label that names the series of its touch, before the slash."""
 _POSITIONS = {"x", "y", "z"}
 _MOST_GROUPS = 12
 _FEWEST_AT_PLACE = 3
@@ -183,7 +185,7 @@ def columns_of_readings(
         The file is no such table, or a table of all three coordinates.
     """
     try:
-        text = read_text_table(file, options.exclude, fewest=1)
+        text = _with_series_of_labels(read_text_table(file, options.exclude, fewest=1))
     except InputError:
         return None
     if text.names is None:
@@ -262,6 +264,17 @@ def _without_misses(
     return [i for i in words if i not in marks], [i for i in unread if i not in marks], failed
 
 
+def _with_series_of_labels(text: TextTable) -> TextTable:
+    """Labels such as A/1 as the series that they name: A."""
+    rows = [list(row) for row in text.rows]
+    for i, title in enumerate(text.names or ()):
+        found = [SERIES_OF_LABEL.fullmatch(row[i]) for row in rows]
+        if column_name(title).role == "label" and all(found):
+            for row, match in zip(rows, found, strict=True):
+                row[i] = match[1] if match else ""
+    return replace(text, rows=tuple(map(tuple, rows)))
+
+
 def _kinds_of_columns(text: TextTable) -> tuple[list[int], list[int], list[int]]:
     """Columns of readings, of words that distinguish series, and of what is not read."""
     values: list[int] = []
@@ -277,6 +290,8 @@ def _kinds_of_columns(text: TextTable) -> tuple[list[int], list[int], list[int]]
             continue
         if of_place and _others_vary(text, i):
             continue
+        if role == "label" and len({*cells}) == 1:
+            continue  # one series
         if (
             not _are_numbers(cells)
             or (_are_groups(cells) and role not in _POSITIONS)

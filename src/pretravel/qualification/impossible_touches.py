@@ -84,7 +84,7 @@ def refuse_hidden_lobes(observation: Observation) -> None:
     if np.sum(left**2) < _SHOWN * np.sum(six**2):
         raise PretravelError(
             "means at two orientations of the spindle in these directions show six lobes, which "
-            "three rods make, as two or four: between the directions the map would be wrong by "
+            "three rods make, as fewer lobes: between the directions the map would be wrong by "
             "their size. Touch 9 azimuths, or 11 and more, at equal steps",
             inputs=("touches",),
         )

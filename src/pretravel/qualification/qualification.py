@@ -239,6 +239,8 @@ class Qualification(ShownInNotebooks, WithPlot):
             return "write the positions with more digits, then touch and qualify again"
         if observation.direction_count < _USUAL_DIRECTIONS and not observation.ring:
             return f"touch {_USUAL_DIRECTIONS} directions, three times each, for a smaller u"
+        if made.single_touch > POOR_PROBE and not observation.repeats.dof:
+            return "touch each direction three times, which shows whether touches scatter"
         if made.single_touch > POOR_PROBE:
             return "find out why touches scatter: loose stylus, vibration, dirt, a worn probe"
         directions, _, u = made.over_support()

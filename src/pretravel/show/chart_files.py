@@ -118,6 +118,8 @@ def _plane(chart: PlaneChart, figure: Figure, cell: tuple[int, int, int]) -> Non
     if chart.equal:
         fixed = None not in (chart.x.low, chart.x.high, chart.y.low, chart.y.high)
         axes.set_aspect("equal", adjustable="box" if fixed else "datalim")
+        if not fixed:
+            axes.set_autoscale_on(True)  # else matplotlib logs every limit that it widens
     axes.grid(color=LIGHT["grid"], lw=0.6)
     axes.set_axisbelow(True)
     axes.set_title(chart.title, fontsize=11, y=1.0)

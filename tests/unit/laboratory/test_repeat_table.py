@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from unittest.mock import ANY
+
 import numpy as np
 import pytest
 
@@ -140,6 +142,16 @@ def test_another_unit_than_the_given_one_is_refused(text: str) -> None:
 def test_a_note_that_changes_the_readings_after_it_is_refused() -> None:
     with pytest.raises(InputError, match="line 8: Comment is 'new stylus'"):
         _read("Trial,Z mm,Comment\n" + _rows("{i},{z},") + "7,27.3,new stylus\n")
+
+
+@pytest.mark.parametrize("form", ["{name}/{i},{z}", "{name}/{i},0,0,{z}"])
+def test_labels_name_their_series(form: str) -> None:
+    """In a column of heights as in positions; a name alone is not a column that is not read."""
+    header = "label,z_mm\n" if form.count(",") == 1 else "label,x_mm,y_mm,z_mm\n"
+    for names in (("A", "B"), ("A",)):
+        found = _read(header + "".join(_rows(form.replace("{name}", name)) for name in names))
+        assert [one.name for one in found.series] == [n if len(names) > 1 else ANY for n in names]
+        assert not [warning for warning in found.warnings if "label" in warning]
 
 
 def test_two_columns_of_readings_are_two_series() -> None:

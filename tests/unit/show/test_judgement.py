@@ -30,6 +30,7 @@ from tests.support.touches_of_days import day_of
         (0.9, 3, "usable", ("caution", "Usable"), ""),
         (2.5, 3, "poor", ("bad", "Poor"), "find out why touches scatter"),
         (0.3, 1, None, ("caution", "Not known"), ""),  # nothing was touched twice
+        (2.5, 1, None, ("caution", "Not known"), "touch each direction three times"),
     ],
 )
 def test_of_a_probe(

@@ -295,7 +295,7 @@ _MEANING = {
     "size": "of the mean pretravel; ",
     "amplitude": "of the map's variation over the directions; ",
     "turn": "of the map about the probe axis; ",
-    "form": "form: remaining differences from the map, minus those expected from noise; ",
+    "form": "form: remaining differences from the map, the noise subtracted in quadrature; ",
 }
 
 
