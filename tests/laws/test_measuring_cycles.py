@@ -323,7 +323,7 @@ class TestTool:
         ("tool", "here", "length", "words"),
         [
             (None, 3, 43.0, "the length of T3 is active"),
-            (7, 3, 43.0, "T3 is in the spindle, and the probe is T7"),
+            (7, 3, 43.0, "T3 is in the spindle, but the probe is T7"),
             (7, 7, 0.0, "the active tool length is not that of T7: G43 first"),
             (7, 7, 43.0, "the active tool length is not that of T7: G43 first"),
             (7, 7, 55.0, ""),

@@ -45,19 +45,27 @@ class FaultCase:
 
 
 CASES = (
-    FaultCase("dead: no signal any more", 1, "to the end of the touch, back to its start"),
-    FaultCase("stuck: stays closed after the touch", 2, "back to the start of the touch"),
-    FaultCase("early: trips 1.7 mm before the surface", 3, "the control itself stops it there"),
-    FaultCase("late: trips 1.7 mm behind the surface", 6, "stops there, back to the start"),
-    FaultCase("bounces on the way back", 5, "goes back once more; the program runs on"),
-    FaultCase("chatters while it is in contact", 8, "back up to three times", varies=OPENS_OR_NOT),
-    FaultCase("breaks on the way back, open", 9, "next touch: as dead"),
-    FaultCase("breaks on the way back, closed", 10, "stops on the way back"),
-    FaultCase("knocked in the air, for 20 ms", 11, "up to three times on to the start", 1.9),
-    FaultCase("loses one touch", 12, "to the end of the touch, back to its start"),
-    FaultCase("spike of 2 ms, 1.7 mm before the surface", 7, "the control itself stops it there"),
+    FaultCase("dead: no signal", 1, "moves to the end of the touch, then back to its start"),
+    FaultCase("stuck: stays tripped after the touch", 2, "moves back to the start of the touch"),
+    FaultCase("early: trips 1.7 mm before the surface", 3, "the control stops the move there"),
+    FaultCase(
+        "late: trips 1.7 mm behind the surface", 6, "stops at the contact, then back to the start"
+    ),
+    FaultCase("bounces on the way back", 5, "goes back once more; the program continues"),
+    FaultCase(
+        "chatters while it is in contact", 8, "goes back up to three times", varies=OPENS_OR_NOT
+    ),
+    FaultCase("breaks on the way back: no signal", 9, "the next touch ends as with a dead probe"),
+    FaultCase("breaks on the way back: stays tripped", 10, "stops on the way back"),
+    FaultCase(
+        "knocked in the air, for 20 ms", 11, "tries up to three times to go on to the start", 1.9
+    ),
+    FaultCase("loses one touch", 12, "moves to the end of the touch, then back to its start"),
+    FaultCase("spike of 2 ms, 1.7 mm before the surface", 7, "the control stops the move there"),
     FaultCase("tripped from the beginning", 4, "no move", after=0),
-    FaultCase("a clamp in the way", 0, "stops at the contact, back on the same way", clamp=True),
+    FaultCase(
+        "a clamp in the way", 0, "stops at the contact, then back on the same path", clamp=True
+    ),
 )
 
 

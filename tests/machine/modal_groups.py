@@ -30,7 +30,7 @@ GROUPS = (
     ModalGroup(
         "GM_MOTION",
         "G0 G1 G2 G3 G33 G38.n G73 G76 G80 to G89",
-        "each of our moves contains its own; it is not restored: write it in the next block",
+        "set by each move, and not restored: write G0 or G1 in your next block",
     ),
     ModalGroup(
         "GM_SET_PLANE", "G17 G18 G19 G17.1 G18.1 G19.1", f"{BACK}; a normal end (M2) selects G17"
@@ -40,20 +40,24 @@ GROUPS = (
         "G90 G91",
         f"{BACK}; a normal end (M2) selects G90; cycles stop if it is G91",
     ),
-    ModalGroup("GM_IJK_DISTANCE_MODE", "G90.1 G91.1", "cannot matter: no arcs"),
+    ModalGroup("GM_IJK_DISTANCE_MODE", "G90.1 G91.1", "no effect: no arcs"),
     ModalGroup(
         "GM_FEED_MODE",
         "G93 G94 G95, with F",
         f"{BACK}, F too; a normal end (M2) selects G94; cycles stop if it is not G94",
     ),
     ModalGroup("GM_LENGTH_UNITS", "G20 G21", "set by programs, used by cycles, and restored"),
-    ModalGroup("GM_CUTTER_COMP", "G40 G41 G42 G41.1 G42.1", "checked: stops where one is active"),
+    ModalGroup(
+        "GM_CUTTER_COMP",
+        "G40 G41 G42 G41.1 G42.1",
+        "checked: programs and cycles stop if one is active",
+    ),
     ModalGroup(
         "GM_TOOL_LENGTH_OFFSET",
         "G43 G43.1 G43.2 G49",
         "checked against the probe, and restored",
     ),
-    ModalGroup("GM_RETRACT_MODE", "G98 G99", "cannot matter: no canned cycles"),
+    ModalGroup("GM_RETRACT_MODE", "G98 G99", "no effect: no canned cycles"),
     ModalGroup(
         "GM_COORD_SYSTEM",
         "G54 to G59.3",
@@ -63,17 +67,19 @@ GROUPS = (
     ModalGroup(
         "GM_CONTROL_MODE",
         "G61 G61.1 G64",
-        "not changed: the way to stop is planned for G64, with half of the acceleration",
+        "not changed: the stopping distance is that of G64, with half of the acceleration",
     ),
-    ModalGroup("GM_SPINDLE_MODE", "G96 G97", "cannot matter: the spindle stands"),
+    ModalGroup("GM_SPINDLE_MODE", "G96 G97", "no effect: the spindle is stopped"),
     ModalGroup(
-        "GM_LATHE_DIAMETER_MODE", "G7 G8", "checked: stops where G7 is active, which halves X"
+        "GM_LATHE_DIAMETER_MODE",
+        "G7 G8",
+        "checked: programs and cycles stop if G7 is active, which halves X",
     ),
     ModalGroup(
         "GM_G92_IS_APPLIED",
         "G92 G92.1 G92.2 G92.3",
-        "checked by programs: stops where one is active and the machine file has no place of "
-        "the work offset; part of the work coordinates of cycles",
+        "programs stop if one is active and the machine file has no place of the work offset; in "
+        "cycles it is part of the work coordinates",
     ),
     ModalGroup("M group 4", "M0 M1 M2 M30 M60", "a program ends with M2"),
     ModalGroup(
@@ -87,7 +93,7 @@ GROUPS = (
         "M group 9",
         "M48 M49 M50 M51 M52 M53",
         "feed override and adaptive feed are off during a touch, and restored; a feed stop (M53) "
-        "may stop a touch and let it go on",
+        "can interrupt a touch, which then continues",
     ),
     ModalGroup("M group 10", "M100 to M199", "not used"),
 )

@@ -51,7 +51,7 @@ class TestOneFalseTrip:
         place = -20.4 * 0.5**0.5
         chip = {"kind_3": 1, "x_3": 100 + place, "y_3": 50 + place, "z_3": -30.0, "a_3": 1.0}
         said, origin = bored(tmp_path / "a", self.CALL, **chip)
-        assert "a false trip, dirt, or its form. Nothing is set" in said
+        assert "a false trip, dirt, or a form error. Nothing is set" in said
         assert origin == 100.0
 
     def test_a_wall_is_touched_twice(self, tmp_path: Path) -> None:

@@ -73,8 +73,8 @@ def axis_radii(pretravel_map: PretravelMap, travel: float = 0.0) -> dict[str, An
         "version": 1,
         "meaning": "Add the radius to the latched position of the tip's centre in the direction "
         "of travel: this is the surface. Directions are those in which the tip travels, in axes "
-        "of the machine. The radii hold while the work coordinates are not turned, and for "
-        "surfaces across the travel.",
+        "of the machine. The radii hold while the work coordinates are not rotated, and for "
+        "surfaces perpendicular to the travel.",
         "map": pretravel_map.provenance.source,
         "feed_mm_min": _feed(pretravel_map, travel),
         "tip_radius_mm": _rounded(tip_radius),

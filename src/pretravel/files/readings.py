@@ -362,7 +362,7 @@ def _turned(readings: FileReadings, options: ReadingOptions) -> FileReadings:
         return replace(readings, rotation=options.rotation)
     warning = (
         "the file does not say how the work coordinates were rotated in the machine (G10 L2 R): "
-        "taken as not rotated; a machine file with [work] gives it"
+        "no rotation is assumed; a machine file with [work] gives it"
     )
     return replace(readings, warnings=(*readings.warnings, warning))
 

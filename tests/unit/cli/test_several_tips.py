@@ -58,7 +58,7 @@ def test_the_tips_in_their_file(made: tuple[Path, str]) -> None:
     alone = star.tip("a").alone + star.tip("b").alone
     assert place == pytest.approx(np.diag(alone))
     assert np.all(place >= of_points)
-    assert said.startswith("2 tips have a map each, and their offsets from a")
+    assert said.startswith("2 tips, each with its map and its offset from a")
 
 
 @pytest.mark.long

@@ -138,7 +138,7 @@ BETWEEN = '[[between]]\nfeatures = ["one", "two"]\ntolerance = "49..51"\nnominal
         ("b1*", "nominal_mm = 20.0\n" + BETWEEN + "50.0", ""),
         ("b1*", "nominal_mm = 10.0", "the diameter is 20.000 mm, and the drawing's nominal_mm 10"),
         ("b1*", BETWEEN + "60.0", "nominal value is 60 mm, and the limits are 49 to 51 mm"),
-        ("b1-[0-6]", "", "1 of 16 points are of no feature of the drawing: b1$"),
+        ("b1-[0-6]", "", "1 of 16 points belong to no feature of the drawing: b1$"),
         ("b2*", "nominal_mm = 20.0", "two and one have the same touches.* 50 mm apart"),
         ("b1*", 'nominal_mm = 10.0\ntolerance = "±0.01"', "those of the half, such as a radius"),
     ],

@@ -118,7 +118,7 @@ class TestCatalogue:
         assert "turned by 28.6479°" in run("convert", log, *given, code=2)
         run("convert", log, *given, "--frame", "machine")
         found = read_readings(log, ReadingOptions(plan=PLAN, tip_radius=3.0, overtravel=2.0))
-        assert "taken as not rotated" in found.notes()[-1]
+        assert "no rotation is assumed" in found.notes()[-1]
 
     def test_decimal_commas(self, tmp_path: Path) -> None:
         path = written(tmp_path, PROBEOPEN_ROW.format(x=0.0).replace(".", ","))

@@ -36,9 +36,9 @@ class TestJoin:
     @pytest.mark.parametrize(
         ("seen", "words"),
         [
-            ([[0.0, 0, 2.99], [0, 0.2, 2.99]], "line of no target; the nearest is a, 0.200 mm"),
+            ([[0.0, 0, 2.99], [0, 0.2, 2.99]], "line of any target; the nearest is a, 0.200 mm"),
             ([[0.0, 0, 2.99], [0, 0, 2.98]], "more readings than the plan"),
-            ([[0.0, 0, 2.99 * 25.4]], "line of no target"),
+            ([[0.0, 0, 2.99 * 25.4]], "line of any target"),
         ],
     )
     def test_refused_with_its_line(self, seen: list[list[float]], words: str) -> None:
@@ -54,9 +54,9 @@ class TestJoin:
         found = join(positions, PLAN, 3.0)
         assert found.touches.labels == ("a", "b.1")
         assert found.missed == ("wall",)
-        assert found.notes()[1].endswith("line of no target, or of several: line 5")
+        assert found.notes()[1].endswith("line of exactly one target: line 5")
         stray = FilePositions("log", seen, (4, 5, 6, 7), (True, True, False, True))
-        with pytest.raises(InputError, match=r"line 5: .*line of no target"):
+        with pytest.raises(InputError, match=r"line 5: .*line of any target"):
             join(stray, PLAN, 3.0)
 
     def test_crossing_lines_are_told_apart_or_refused(self) -> None:

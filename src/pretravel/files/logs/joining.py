@@ -350,7 +350,7 @@ def _line_through(
         nearest = int(np.argmin(across + np.maximum(np.abs(along) - ALONG, 0.0)))
         named = bool(set(found.labels or ()) & set(lines.labels))
         raise found.error(
-            f"the reading ({place}) mm lies on the line of no target; the nearest is "
+            f"the reading ({place}) mm is not on the line of any target; the nearest is "
             f"{lines.label(near[nearest])}, {across[nearest]:.3f} mm from it. Is this the plan "
             "that was run, in the same work offset and units?"
             + (" Its labels are also those of the plan: join by them" if named else ""),
@@ -446,7 +446,7 @@ def _misses_elsewhere(found: FilePositions, owners: IntArray) -> list[str]:
     if not len(rows):
         return []
     lines = ", ".join(str(found.lines[row]) for row in rows)
-    return [f"misses whose position lies on the line of no target, or of several: line {lines}"]
+    return [f"misses whose position is not on the line of exactly one target: line {lines}"]
 
 
 def _unequal_pairs(

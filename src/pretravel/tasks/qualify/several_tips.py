@@ -166,18 +166,18 @@ class QualifiedTips(Result):
                     Column.of(f"u {a}", u[:, i] / MICROMETRE, "µm", two)
                     for i, a in enumerate("xyz")
                 ),
-                Column.of("of points", of_points.max(axis=1) / MICROMETRE, "µm", two),
+                Column.of("u of points", of_points.max(axis=1) / MICROMETRE, "µm", two),
                 Column.of("repeats to", [q.repeatability / MICROMETRE for q in made], "µm", two),
             ),
-            f"Tips from {star.names[0]}:",
+            f"Offsets of the tips from {star.names[0]}:",
             "u: of the offset, including the part by which a centre and its map cannot be "
-            "separated. Of points: the largest u that the offset adds to points compensated with "
+            "separated. u of points: the largest u that the offset adds to points compensated with "
             "these maps.",
         )
         warnings = [f"tip {n}: {w}" for n, q in self.qualifications.items() for w in q.warnings]
         report = Document(
             title=f"{self.touches_name}: {len(made)} tips on one sphere",
-            verdict=f"{len(made)} tips have a map each, and their offsets from {star.names[0]}",
+            verdict=f"{len(made)} tips, each with its map and its offset from {star.names[0]}",
             figures=tuple(
                 KeyFigure(f"effective radius, {name}", q.effective_radius, "mm", decimals(5),
                           u=q.u_effective_radius / MICROMETRE, u_unit="µm", u_digits=two)

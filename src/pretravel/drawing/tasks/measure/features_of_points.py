@@ -103,7 +103,7 @@ def of_no_feature(points: Points, used: Sequence[Points]) -> list[str]:
     if not rest:
         return []
     names = first_few(dict.fromkeys(rest))
-    return [f"{len(rest)} of {len(points)} points are of no feature of the drawing: {names}"]
+    return [f"{len(rest)} of {len(points)} points belong to no feature of the drawing: {names}"]
 
 
 def far_from_nominal(feature: MeasuredFeature, row: DrawnFeature) -> list[str]:

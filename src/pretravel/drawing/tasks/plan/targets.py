@@ -150,7 +150,7 @@ class PlannedPoints(Result):
     def advice(self) -> str:
         """What to do next."""
         if len(set(self.chosen.face.tolist())) > 1:
-            return "Which of them can be reached: pretravel simulate … --stem --leave-out"
+            return "To see which can be reached: pretravel simulate … --stem --leave-out"
         return ""
 
     def document(self) -> Document:
