@@ -115,8 +115,12 @@ _TIP_WORDS = (
     "proberadius", "tasterdurchmesser", "tasterradius", "kugeldurchmesser", "kugelradius",
     "tooldia", "tooldiameter", "toolradius", "werkzeugradius", "werkzeugdurchmesser",
     "tool", "toolname", "toolid", "toolno", "toolnr", "toolnumber", "werkzeug", "werkzeugnr",
-    "werkzeugnummer", "herramienta", "outil", "utensile",
+    "werkzeugnummer", "herramienta", "outil", "utensile", "tno", "tnr", "tnum", "wkz", "wkznr",
+    "wz", "wznr", "schneide", "schneidennr", "schneidennummer", "dno", "dnr", "dnum", "dnummer",
+    "edge", "edgeno", "edgenumber", "cuttingedge", "cuttingedgeno", "tranchant", "filo",
+    "tagliente", "spitze",
 )  # fmt: skip
+"""Of a control, its tool and the cutting edge of the tool: a stylus with two tips has two."""
 _PART_WORDS = (
     "part", "partname", "partid", "partno", "partnr", "partnb", "partnum", "partnumber", "parts",
     "partserial", "partserialnumber", "planid", "serial", "serialno", "serialnr", "serialnumber",
@@ -210,7 +214,9 @@ _BY_CELLS = {
         re.IGNORECASE,
     ),
     "frame": re.compile(r"G5[4-9](?:\.[1-9])?|G9[01]|G2[01]|G1[789]", re.IGNORECASE),
-    "tip": re.compile(r"T\d+A-?\d+(?:\.\d+)?B-?\d+(?:\.\d+)?", re.IGNORECASE),
+    "tip": re.compile(
+        r"T\d+A-?\d+(?:\.\d+)?B-?\d+(?:\.\d+)?|T\d{1,8}[ _/.-]?D\d{1,2}", re.IGNORECASE
+    ),
     "orientation": re.compile(r"A-?\d+(?:\.\d+)?[ _/]?B-?\d+(?:\.\d+)?", re.IGNORECASE),
 }
 """Cells that say what their column groups, whatever it is called."""
@@ -444,7 +450,7 @@ def _known() -> dict[str, tuple[str, int]]:
     known |= dict.fromkeys(_TIP_WORDS, ("tip", 1))
     known |= dict.fromkeys(_PART_WORDS, ("part", 1))
     known |= dict.fromkeys(_COUNT_WORDS, ("part", 1))
-    known["t"] = known["h"] = ("tip", 1)
+    known |= dict.fromkeys("thd", ("tip", 1))
     known |= dict.fromkeys(("height", "hohe", "hauteur", "altura", "altezza", "hoogte"), ("z", 3))
     known |= dict.fromkeys(_FRAME_WORDS, ("frame", 1))
     known |= dict.fromkeys(_PASS_WORDS, ("pass", 1))

@@ -269,6 +269,8 @@ def _placed(text: TextTable, stated: Mapping[str, str]) -> dict[str, int]:
     found = {role: start + i for i, role in enumerate(POSITION_ROLES)}
     if start:
         found["label"] = 0
+    if wrong := [i for i in found.values() if i >= start and ":" in text.rows[0][i]]:
+        raise _without_names(text, f"its column {wrong[0] + 1} is a time")
     normals = [start + 3 + i for i in range(3)]
     has_normals = width - start == 6 and text.file.ending != _COLOURS
     if has_normals and not all(_is_zero(row[i]) for row in text.rows for i in normals):

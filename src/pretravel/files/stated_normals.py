@@ -179,6 +179,21 @@ def with_sphere_normals(found: FilePositions, reference_diameter: float) -> File
     1.0
     """
     made = contacts(found)
+    tips = np.array(made.words.get("tip", ("",) * len(made.positions)))
+    outward, turns = np.empty_like(made.positions), []
+    for tip in dict.fromkeys(tips):  # each tip of a star sees the sphere elsewhere
+        outward[tips == tip], turn = _outward(made.take(tips == tip), reference_diameter)
+        turns.append(turn)
+    warning = (
+        "the file has no normals: the normals of the sphere fitted to the touches are used, also "
+        f"as approaches (they are uncertain by {max(turns) / DEGREE:.2g}°)"
+    )
+    touches = made.touches(outward)
+    return FileReadings(touches, found.misses(), warnings=(*found.warnings, warning))
+
+
+def _outward(made: FilePositions, reference_diameter: float) -> tuple[FloatArray, float]:
+    """Normals of the sphere through the touches of one tip, and their uncertainty. [rad]"""
     center, scatter, sight = _fitted_center(made, reference_diameter)
     offset = made.positions - center
     radius = np.linalg.norm(offset, axis=1)
@@ -186,17 +201,12 @@ def with_sphere_normals(found: FilePositions, reference_diameter: float) -> File
     turn = u_center / float(np.median(radius))
     if sight > _BADLY_SEEN or turn > _LARGEST_TURN:
         raise PretravelError(
-            f"{found.path}: the file has no normals, and its touches do not determine the centre "
+            f"{made.path}: the file has no normals, and its touches do not determine the centre "
             f"of the sphere well enough to compute them (±{u_center / MICROMETRE:.0f} µm): touch "
             "more of the sphere, or give the plan that was run",
             inputs=("plan", "columns"),
         )
-    warning = (
-        "the file has no normals: the normals of the sphere fitted to the touches are used, also "
-        f"as approaches (they are uncertain by {turn / DEGREE:.2g}°)"
-    )
-    touches = made.touches(offset / radius[:, None])
-    return FileReadings(touches, found.misses(), warnings=(*found.warnings, warning))
+    return offset / radius[:, None], turn
 
 
 def one_normal(normal: npt.ArrayLike) -> NormalsFrom:

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from pretravel.base import InputError
 from pretravel.files.column_names import (
     MOST_COLUMNS,
     column_name,
@@ -36,7 +37,7 @@ from pretravel.files.lines_of_tables import (
     without_addresses,
 )
 from pretravel.files.row_statements import Record, changes_rows, comments_among
-from pretravel.files.source_file import COUNTED, SourceFile, shortened
+from pretravel.files.source_file import COUNTED, SourceFile, first_few, shortened
 from pretravel.files.words_of_lines import together, units_in_text
 
 _LOG = logging.getLogger(__name__)
@@ -272,7 +273,7 @@ def _table(
         body, None if header is None else split[header][1]
     )
     if not body:
-        raise file.error("the file has a header but no rows", header_line)
+        raise _without_rows(file, header_line, _disabled(comments, separator))
     if names is None:
         _refuse_lone_signs(file, body)
         names, body = _words_taken(file, body)
@@ -298,10 +299,25 @@ def _table(
         units=tuple(_padded(units, width)) if units else (),
         unit=_stated_unit(file, notes),
         preamble=titles,
-        disabled=tuple(n for n, line in comments if is_data(split_cells(line[1:], separator))),
+        disabled=_disabled(comments, separator),
         among=(*among, *((number, separator.join(cells)) for number, cells in results)),
         before=(*(record for record in comments if record[0] < body[0][0]), *titles),
     )
+
+
+def _disabled(comments: list[Record], separator: str) -> tuple[int, ...]:
+    """Lines of the comments that look like rows."""
+    return tuple(n for n, line in comments if is_data(split_cells(line[1:], separator)))
+
+
+def _without_rows(file: SourceFile, header_line: int, disabled: Sequence[int]) -> InputError:
+    if disabled:
+        return file.error(
+            "the file has no rows; comments that look like rows are not read (line "
+            f"{first_few(disabled)}): if they are touches, remove the sign before them",
+            disabled[0],
+        )
+    return file.error("the file has a header but no rows", header_line or None)
 
 
 _RESULT = re.compile(
@@ -451,6 +467,20 @@ def _commented_header(
     return None
 
 
+_UNTITLED = {
+    re.compile(r"\d{1,4}([-/.])\d{1,2}\1\d{1,4}"): "date",
+    re.compile(r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d{1,9})?)?"): "time",
+    re.compile(r"T\d{1,8}[_/.-]?D\d{1,2}", re.IGNORECASE): "tip",
+    re.compile(r"[^\w+-]+"): "sign",
+}
+"""What a cell without a name is by its form, among cells such as X=1.0."""
+
+
+def _name_of_cell(cell: str) -> str:
+    """The name of a cell without one: by its form, or that of a label."""
+    return next((name for form, name in _UNTITLED.items() if form.fullmatch(cell)), "label")
+
+
 def _words_taken(
     file: SourceFile, body: list[tuple[int, list[str]]]
 ) -> tuple[list[str] | None, list[tuple[int, list[str]]]]:
@@ -458,20 +488,27 @@ def _words_taken(
     words = [IS_WORD.fullmatch(cell) for cell in body[0][1]]
     if sum(word is not None for word in words) < FEWEST_NUMBERS:
         return None, body
-    names = ["label" if word is None else word[1] or word[3] for word in words]
-    if column_name(names[0]).role is None:  # P1 is a label, not a coordinate
+    names = [
+        _name_of_cell(cell) if word is None else word[1] or word[3]
+        for cell, word in zip(body[0][1], words, strict=True)
+    ]
+    if words[0] is not None and column_name(names[0]).role is None:  # P1 is a label
         names[0] = "label"
-    if names.count("label") > 1:  # words apart from their numbers, such as Q151 = 1.5
+    labels = [i for i, name in enumerate(names) if name == "label"]
+    if any(IS_NUMBER.fullmatch(body[0][1][i]) for i in labels):  # Q151 = 1.5, with blanks
         return None, body
+    for i in labels[1:]:
+        names[i] = f"column {i + 1}"
     taken = []
     for number, cells in body:
         row = []
-        for name, cell in zip(names, cells, strict=False):
+        for name, own, cell in zip(names, words, cells, strict=False):
             word = IS_WORD.fullmatch(cell)
-            if name != "label" and (word is None or (word[1] or word[3]) != name):
+            whole = own is None or name == "label"
+            if not whole and (word is None or (word[1] or word[3]) != name):
                 raise file.error(f"'{cell}' is not {name} with a number, as in other lines", number)
             value = "" if word is None else "".join((word[2] or word[4]).split())
-            row.append(cell if word is None or name == "label" else value)
+            row.append(cell if word is None or whole else value)
         taken.append((number, row + cells[len(names) :]))
     return names, taken
 

@@ -235,10 +235,11 @@ def _of_one_frame(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
 
 
 def _without_counts(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
-    """The roles without a count of rows that looks like a series, and without another T or H.
+    """The roles without a count of rows that looks like a series, and without another T, H or D.
 
-    T is the tool, and H its length, where all cells are whole numbers of three digits at most (T5,
-    5), of which one comes twice; otherwise it is a time, a temperature or a height.
+    T is the tool, H its length and D its cutting edge where all cells are whole numbers of three
+    digits at most (T5, 5), of which one comes twice; otherwise it is a time, a temperature, a
+    height or a diameter.
     """
     index, also = dict(roles.index), dict(roles.also)
     for role in {"tip", "part"} & set(index) - roles.stated:
@@ -250,7 +251,7 @@ def _without_counts(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
 
 def _counts(title: str, cells: Sequence[str]) -> bool:
     unique = len(cells) > 1 and len(set(cells)) == len(cells)
-    if title.strip().lower() not in ("t", "h"):
+    if title.strip().lower() not in ("t", "h", "d"):
         return unique and counts_rows(title)
     return unique or not all(_TOOL.fullmatch(cell) for cell in cells)
 
@@ -617,4 +618,5 @@ def _line_names(lines: Sequence[int]) -> str:
 def _shown(text: TextTable, roles: ColumnRoles, role: str) -> str:
     index = roles.index[role]
     sign = "-" if math.copysign(1.0, roles.sign.get(role, 1.0)) < 0.0 else ""
-    return f"{sign}{index + 1 if text.names is None else text.title(index)}"
+    places = (index, *roles.also.get(role, ()))
+    return sign + "+".join(str(i + 1) if text.names is None else text.title(i) for i in places)

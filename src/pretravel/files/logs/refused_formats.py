@@ -9,7 +9,7 @@ import re
 import unicodedata
 from collections.abc import Callable
 
-from pretravel.files.column_names import names_known_columns
+from pretravel.files.column_names import column_name, names_known_columns
 from pretravel.files.file_format import FileFormat
 from pretravel.files.lines_of_tables import (
     FEWEST_ROWS,
@@ -146,6 +146,8 @@ _RADII = {
 }  # fmt: skip
 """Columns of sizes of features; or of the tip, where all rows have one."""
 _SIZE_LETTERS = {"r", "d", "size"}
+_EDGE = re.compile(r"D?(?:[1-9]|1[0-2])", re.IGNORECASE)
+"""Number of a cutting edge, of which a tool has at most twelve."""
 _BESIDE_FEATURES = {
     "r", "d", "sd", "width", "length", "breite", "lange", "angle", "winkel", "coneangle", "size",
 }  # fmt: skip
@@ -166,6 +168,14 @@ def _column(lines: list[str], column: int, width: int) -> list[str]:
 def _vary(lines: list[str], column: int, width: int) -> bool:
     """Whether the cells of a column of a table are not all one, as the tip's radius is."""
     return len({cell for cell in _column(lines, column, width) if cell[:1].isdigit()}) > 1
+
+
+def _are_edges(lines: list[str], column: int, plain: list[str]) -> bool:
+    """Whether D is the cutting edge of a tool, as in T7 D1: in a table with tools or normals."""
+    words = {column_name(word).role for word in plain if word != "d"}
+    if plain[column] != "d" or not {"tip", "nx"} & words:
+        return False
+    return all(map(_EDGE.fullmatch, _column(lines, column, len(plain))[1:]))
 
 
 def _are_sizes(lines: list[str], column: int, width: int) -> bool:
@@ -219,7 +229,8 @@ def _is_feature_list(lines: list[str]) -> bool:
     width = len(cells)
     if any(map(_SIZES_ELSEWHERE.search, cells)) or _are_centres(lines, plain):
         return True
-    if any(_are_sizes(lines, i, width) for i, w in enumerate(squeezed) if w in _SIZE_LETTERS):
+    letters = [i for i, word in enumerate(squeezed) if word in _SIZE_LETTERS]
+    if any(_are_sizes(lines, i, width) for i in letters if not _are_edges(lines, i, plain)):
         return True
     if any(_vary(lines, i, width) for i, word in enumerate(squeezed) if word in _RADII):
         return True
