@@ -94,8 +94,8 @@ class ReversedTouches(Result):
                 KeyFigure("tip offset", tuple((found.runout / MICROMETRE).tolist()), "µm",
                           decimals(2), u=(u, u), u_digits=two, coverage_factor=k,
                           remark="from the axis of the spindle, along x and y with the spindle at "
-                          f"0°; the run-out is twice its length, {across:.2f} µm; it contains a "
-                          "lobe of order one of the probe"),
+                          "0°, any lobe of order one of the probe included; the run-out is "
+                          f"twice this offset, {across:.2f} µm"),
                 *(
                     KeyFigure(f"lobes of order {order}", size / MICROMETRE, "µm", decimals(2),
                               u=own / MICROMETRE, u_digits=two, coverage_factor=k,
@@ -146,7 +146,7 @@ def _together(orders: Sequence[int]) -> str:
     named = ", ".join(str(order) for order in orders[:3])
     return (
         f"amplitude; not distinguished from order {named}, of which u contains the usual size; an "
-        "odd number of equal steps, 13 or 15, separates more"
+        "odd number of equal steps separates more"
     )
 
 
