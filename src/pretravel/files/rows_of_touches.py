@@ -40,6 +40,8 @@ _VERDICT = re.compile(
 )
 _FLAGS = re.compile(r"flags?|warnings?|warnungen?", re.IGNORECASE)
 _DIGITS = 9
+_MOST_CODES = 4
+_CODE = re.compile(r"[A-Za-z]{0,2}\d{1,3}|[A-Za-z]")
 _WITH_DECIMALS = re.compile(r"[-+−]?\d*[.,](?!0*$)\d+")
 _GOOD = re.compile(
     r"ok(?:ay)?|pass(?:ed)?|good|gut|i\.?o\.?|in ?tol(?:erance)?|intol|true|yes|y|ja|valid|accept"
@@ -149,7 +151,26 @@ def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
                 f"{text.title(i)} is '{cells[bad[0]]}' in line {lines}: of the part, or of "
                 "the touch? The rows are used; leave out what is no touch"
             )
+        elif (row := _change(cells)) is not None:
+            told.append(
+                f"{text.title(i)} is not read, and changes from '{cells[row - 1]}' to "
+                f"'{cells[row]}' in line {text.lines[row]}: if it is the tip or the part, give the "
+                "meaning of the column"
+            )
     return tuple(told)
+
+
+def _change(cells: Sequence[str]) -> int | None:
+    """The first row with another code, where each code has rows of its own in turn.
+
+    >>> _change(["1", "1", "2", "2"]), _change(["1", "2", "1", "2"]), _change(["5.1", "5.1", "6"])
+    (2, None, None)
+    """
+    changes = [k for k in range(1, len(cells)) if cells[k] != cells[k - 1]]
+    codes = {*cells}
+    in_turn = len(changes) == len(codes) - 1 and 2 * len(codes) <= len(cells)
+    few = 1 < len(codes) <= _MOST_CODES and all(map(_CODE.fullmatch, codes))
+    return changes[0] if in_turn and few else None
 
 
 def _not_good(title: str, cells: Sequence[str]) -> list[int]:

@@ -83,9 +83,48 @@ def test_what_changes_the_rows_is_refused(title: str, first: str, second: str) -
     assert len(_read(rows.format(first)).touches) == 3
 
 
-def test_the_number_of_a_tool_length_is_the_tip() -> None:
-    found = _read("H,X,Y,Z\n20,1,2,3\n20,2,2,3\n21,3,2,3\n")
-    assert found.touches.words == {"tip": ("20", "20", "21")}
+@pytest.mark.parametrize(
+    ("rows", "first", "last"),
+    [
+        ("H,X,Y,Z\n20,1,2,3\n20,2,2,3\n21,3,2,3\n", "20", "21"),
+        ("Werkzeug;Schneide;X;Y;Z\n7;1;1;2;3\n7;1;2;2;3\n7;2;3;2;3\n", "7 1", "7 2"),
+        ("T;D;Punkt;X;Y;Z\n7;1;P1;1;2;3\n7;1;P2;2;2;3\n7;2;P3;3;2;3\n", "7 1", "7 2"),
+        ("T=7 D=1 X=1 Y=2 Z=3\nT=7 D=1 X=2 Y=2 Z=3\nT=7 D=2 X=3 Y=2 Z=3\n", "7 1", "7 2"),
+        ("D=1 X=1 Y=2 Z=3\nD=1 X=2 Y=2 Z=3\nD=2 X=3 Y=2 Z=3\n", "1", "2"),
+        ("T7D1 X=1 Y=2 Z=3\nT7D1 X=2 Y=2 Z=3\nT7D2 X=3 Y=2 Z=3\n", "T7D1", "T7D2"),
+        (
+            "1.2.26 1:00 D=1 X=1 Y=2 Z=3\n1.2.26 1:01 D=1 X=2 Y=2 Z=3\n1.2.26 1:02 D=2 X=3 Y=2 Z=3\n",
+            "1", "2",
+        ),
+    ],
+)  # fmt: skip
+def test_tool_its_length_and_its_edge_are_the_tip(rows: str, first: str, last: str) -> None:
+    found = _read(rows)
+    assert found.touches.words["tip"] == (first, first, last)
+    assert found.touches.positions[:, 0].tolist() == [1, 2, 3]
+
+
+def test_a_d_that_is_no_edge_is_not_the_tip() -> None:
+    found = _read("T,D,X,Y,Z\n7,8.5,1,2,3\n7,8.5,2,2,3\n")
+    assert found.touches.words == {"tip": ("7", "7")}
+    file = SourceFile("a.csv", b"Name,X,Y,Z,D\nHole 1,1,2,3,8\nHole 2,5,2,3,10\n")
+    assert "list of features" in format_of(file).refusal
+
+
+def test_a_code_that_changes_in_a_column_that_is_not_read_is_named() -> None:
+    rows = "Kopf4;X;Y;Z\n" + "".join(f"{1 + (i > 3)};{i};2;3\n" for i in range(8))
+    told = "Kopf4 is not read, and changes from '1' to '2' in line 6"
+    assert any(told in said for said in _read(rows).warnings)
+
+
+def test_rows_in_comments_are_named_where_there_are_no_others() -> None:
+    with pytest.raises(InputError, match="line 2: the file has no rows; comments that look like"):
+        _read("; log\n;T=7 X=1 Y=2 Z=3\n;T=7 X=2 Y=2 Z=3\n")
+
+
+def test_a_time_is_no_coordinate() -> None:
+    with pytest.raises(InputError, match=r"its column 2 is a time.*such as x=5,y=6,z=7"):
+        _read("30.11.26 10:00:07 T7 D1 1.5 2.5 3.5\n30.11.26 10:00:14 T7 D1 2.5 2.5 3.5\n")
 
 
 @pytest.mark.parametrize(("unit", "x"), [("1/1000 mm", 1.0), ("thou", 25.4), ("mil", 25.4)])
