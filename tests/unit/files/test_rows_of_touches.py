@@ -93,7 +93,7 @@ def test_what_changes_the_rows_is_refused(title: str, first: str, second: str) -
         ("D=1 X=1 Y=2 Z=3\nD=1 X=2 Y=2 Z=3\nD=2 X=3 Y=2 Z=3\n", "1", "2"),
         ("T7D1 X=1 Y=2 Z=3\nT7D1 X=2 Y=2 Z=3\nT7D2 X=3 Y=2 Z=3\n", "T7D1", "T7D2"),
         (
-            "1.2.26 1:00 D=1 X=1 Y=2 Z=3\n1.2.26 1:01 D=1 X=2 Y=2 Z=3\n1.2.26 1:02 D=2 X=3 Y=2 Z=3\n",
+            "".join(f"1.2.26 10:0{i} D={max(i - 1, 1)} X={i} Y=2 Z=3\n" for i in (1, 2, 3)),
             "1", "2",
         ),
     ],
