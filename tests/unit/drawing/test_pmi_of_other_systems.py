@@ -11,10 +11,12 @@ from typing import Any
 
 import pytest
 
+from pretravel.base import PretravelError
 from pretravel.drawing.pmi.items import Size
 from pretravel.drawing.pmi.model import ModelDrawing, read_drawing
 from pretravel.drawing.tasks.drawing.task import FoundDrawing
 from pretravel.drawing.tolerances.iso286 import limits_of_fit
+from pretravel.drawing.tolerances.tolerance_text import ToleranceText
 from tests.support.pmi_text import ALL_DATUMS, FACE, bound, length, numbers, plus_minus, size
 from tests.unit.drawing.conftest import Reader
 from tests.unit.drawing.test_pmi_frames import ROUND_ZONE, SIZED, toleranced
@@ -284,10 +286,23 @@ class TestSizes:
         (20.0, "H13", (20.0, 20.33)), (20.0, "js14", (19.74, 20.26)), (60.0, "r6", (60.041, 60.06)),
         (70.0, "r6", (70.043, 70.062)), (40.0, "s6", (40.043, 40.059)),
         (60.0, "S7", (59.928, 59.958)),  # −53 + 11: the step from IT6 to IT7
+        (8.0, "P9", (7.949, 7.985)), (8.0, "N9", (7.964, 8.0)), (8.0, "M9", (7.958, 7.994)),
+        (3.0, "P9", (2.969, 2.994)), (3.0, "N9", (2.971, 2.996)), (3.0, "N7", (2.986, 2.996)),
+        (16.0, "P9", (15.939, 15.982)),
     ],
 )  # fmt: skip
 def test_further_classes(nominal: float, fit: str, ends: tuple[float, float]) -> None:
     assert limits_of_fit(nominal, fit) == ends
+
+
+@pytest.mark.parametrize(
+    ("kind", "fit", "other"),
+    [("boss", "42G6", "g6"), ("bore", "20h6", "H6"), ("slot", "8p9", "P9")],
+)
+def test_a_class_of_the_other_side_is_refused(kind: str, fit: str, other: str) -> None:
+    with pytest.raises(PretravelError, match=f"is {other} meant"):
+        ToleranceText.parse(fit).refuse_other_side(kind)
+    ToleranceText.parse(f"{fit[:-2]}{other}").refuse_other_side(kind)
 
 
 class TestFrames:

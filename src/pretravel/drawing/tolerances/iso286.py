@@ -124,9 +124,15 @@ def _lower_of_shaft(letter: str, nominal: float) -> float | None:
 def _upper_of_hole(letter: str, grade: int, row: int, lower: float) -> float | None:
     """The upper deviation of holes K to S: that of the shaft, less the step between the grades.
 
-    None: a grade in which the standard has another rule or none. [µm]
+    Up to 3 mm and in wider grades without the step (ISO 286-1:2010, table 3); N then ends at the
+    nominal size. None: a grade in which the standard has no such class. [µm]
     """
-    if grade - 1 not in _GRADES or row == 0 or grade > (7 if letter in "PRS" else 8):
+    wide = grade > (7 if letter in "PRS" else 8)
+    if row == 0 or (wide and letter in "MPRS"):
+        return -lower
+    if wide:
+        return 0.0 if letter == "N" else None
+    if grade - 1 not in _GRADES:
         return None
     if (letter, grade, row) == ("M", 6, _ENDS.index(315.0)):
         return -9.0  # table 3 has it as an exception to the rule

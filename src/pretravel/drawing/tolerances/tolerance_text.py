@@ -13,11 +13,15 @@ _NUMBER = r"[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?"
 
 
 class ToleranceText(NamedTuple):
-    """Limits, or deviations from a nominal size, in mm; None: there is no such limit."""
+    """Limits, or deviations from a nominal size, in mm; None: there is no such limit.
+
+    `fit` is the class of ISO 286 that the limits were typed as, such as H7.
+    """
 
     low: float | None
     high: float | None
     are_limits: bool
+    fit: str = ""
 
     def __str__(self) -> str:
         """As it can be typed."""
@@ -38,15 +42,15 @@ class ToleranceText(NamedTuple):
             None of these, an empty tolerance, or a class that `limits_of_fit` does not know.
 
         >>> ToleranceText.parse("20..20.021")
-        ToleranceText(low=20.0, high=20.021, are_limits=True)
+        ToleranceText(low=20.0, high=20.021, are_limits=True, fit='')
         >>> ToleranceText.parse("+0.021/0")
-        ToleranceText(low=0.0, high=0.021, are_limits=False)
+        ToleranceText(low=0.0, high=0.021, are_limits=False, fit='')
         >>> str(ToleranceText.parse("+0.021/0")), str(ToleranceText.parse("20..20.021"))
         ('+0.021/+0', '20..20.021')
         >>> str(ToleranceText.parse("0..")), str(ToleranceText.parse("..20.021"))
         ('0..', '..20.021')
         >>> ToleranceText.parse("±0.01")
-        ToleranceText(low=-0.01, high=0.01, are_limits=False)
+        ToleranceText(low=-0.01, high=0.01, are_limits=False, fit='')
         >>> str(ToleranceText.parse("19,99..20,02"))  # a decimal comma means nothing else here
         '19.99..20.02'
         >>> str(ToleranceText.parse("20 H7")), str(ToleranceText.parse("Ø25k6"))
@@ -68,15 +72,33 @@ class ToleranceText(NamedTuple):
         if fit := re.fullmatch(r"[Øø]?(\d*\.?\d+)([A-Za-z]{1,2}\d{1,2})", tight):
             ends = limits_of_fit(float(fit[1]), fit[2])
             if ends is not None:
-                return cls._nonempty(*ends, True)
+                return cls._nonempty(*ends, True)._replace(fit=fit[2])
             raise PretravelError(
-                f"{fit[2]} at {fit[1]} mm is not in the tables here (ISO 286: D to H, JS, K, M, N, "
-                "P, R, S, and d to s, up to 500 mm): give the limits, as 20.000..20.021"
+                f"{fit[2]} at {fit[1]} mm is not in the tables here (ISO 286: D to H, JS, K to 8, "
+                "M, N, P, R, S, and d to s, IT4 to IT14, up to 500 mm): give the limits, as "
+                "20.000..20.021"
             )
         raise PretravelError(
             "expected limits as 20.000..20.021, one limit as 20.. or ..20.021, the nominal size "
             "and its class as 20H7, or with a nominal size the upper and lower deviation as "
             "+0.021/0 or ±0.01, in mm"
+        )
+
+    def refuse_other_side(self, kind: str | None) -> None:
+        """Refuse the class of a shaft for a bore or a slot, and of a hole for a boss.
+
+        Raises
+        ------
+        PretravelError
+        """
+        of_hole = {"bore": True, "slot": True, "boss": False}.get(kind or "")
+        if not self.fit or of_hole is None or self.fit[0].isupper() == of_hole:
+            return
+        other = self.fit.upper() if of_hole else self.fit.lower()
+        whose = ("small letters are classes of shafts", "capital letters are classes of holes")
+        raise PretravelError(
+            f"{self.fit} is given for a {kind}, and {whose[not of_hole]}: is {other} meant?",
+            inputs=("size_tolerance",),
         )
 
     @classmethod

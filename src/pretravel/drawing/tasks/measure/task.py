@@ -364,6 +364,8 @@ class Measure(LaboratoryReport):
             try:
                 limits = None if row.tolerance is None else ToleranceText.parse(row.tolerance)
                 from_nominal = limits is not None and not limits.are_limits
+                if limits is not None:
+                    limits.refuse_other_side(row.kind)
                 if limits is not None and limits.are_limits:
                     refuse_other_nominal(row.nominal, self.limits_of(str(row.tolerance), None))
                 tasks[name] = replace(
@@ -432,9 +434,10 @@ class Measure(LaboratoryReport):
         from pretravel.drawing.tolerances.tolerances import refuse_wide_deviations
 
         self.tolerances()
-        if self.size_tolerance is not None and not self.size_tolerance.are_limits:
-            low, high, _ = self.size_tolerance
-            refuse_wide_deviations(self.nominal, low, high)
+        if self.size_tolerance is not None:
+            self.size_tolerance.refuse_other_side(self.feature)
+            if not self.size_tolerance.are_limits:
+                refuse_wide_deviations(self.nominal, *self.size_tolerance[:2])
 
     def limits_of(self, text: str, nominal: float | None) -> tuple[float, float]:
         """The limits that a tolerance of a drawing states, with its nominal value.
