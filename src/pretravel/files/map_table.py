@@ -20,7 +20,7 @@ from pretravel.base import (
     probe_rotation,
 )
 from pretravel.files.csv_table import CsvTable, read_csv_table, write_csv_table
-from pretravel.files.source_file import shortened
+from pretravel.files.source_file import opened, shortened
 from pretravel.maps import (
     DirectionSupport,
     Origin,
@@ -128,7 +128,13 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
         Missing columns, columns that a map does not have (what they state would be lost),
         implausible values, a direction with two values.
     """
-    table = read_csv_table(path)
+    file = opened(path)
+    if not any(name in file.content for name in (b"polar_deg", b"pretravel_um")):
+        raise file.error(
+            "this is no map: a table of a map has the columns polar_deg, azimuth_deg and "
+            "pretravel_um. A map is made from touches by a qualification"
+        )
+    table = read_csv_table(file)
     table.require("polar_deg", "azimuth_deg", "pretravel_um", what="a map")
     _refuse_other_columns(table)
     angles = table.numbers("polar_deg", "azimuth_deg") * DEGREE

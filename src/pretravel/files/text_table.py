@@ -501,6 +501,9 @@ def _words_taken(
         names[i] = f"column {i + 1}"
     taken = []
     for number, cells in body:
+        if len(cells) < len(names):  # another statement, such as T7 D2
+            taken.append((number, cells))
+            continue
         row = []
         for name, own, cell in zip(names, words, cells, strict=False):
             word = IS_WORD.fullmatch(cell)

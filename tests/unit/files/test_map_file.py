@@ -100,6 +100,11 @@ class TestMapFiles:
         with pytest.raises(PretravelError, match="qualified with a tip of 6 mm"):
             read_map(path, tip_diameter=3.0)
 
+    def test_touches_are_no_map(self, tmp_path: Path) -> None:
+        (tmp_path / "t.csv").write_text("T;X;Y;Z\n7;1,5;2;3\n")
+        with pytest.raises(InputError, match="this is no map: a table of a map has the columns"):
+            read_map(tmp_path / "t.csv")
+
     @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.6, 0.0, -0.8)])
     def test_a_table_keeps_axis_noise_and_tip(
         self, tmp_path: Path, axis: tuple[float, float, float]

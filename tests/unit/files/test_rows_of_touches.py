@@ -122,6 +122,11 @@ def test_rows_in_comments_are_named_where_there_are_no_others() -> None:
         _read("; log\n;T=7 X=1 Y=2 Z=3\n;T=7 X=2 Y=2 Z=3\n")
 
 
+def test_a_change_of_the_tip_among_words_is_refused() -> None:
+    with pytest.raises(InputError, match="line 2: 'T7 D2' is between the rows, and may change"):
+        _read("T=7 D=1 X=1 Y=2 Z=3\nT7 D2\nT=7 D=1 X=2 Y=2 Z=3\n")
+
+
 def test_a_time_is_no_coordinate() -> None:
     with pytest.raises(InputError, match=r"its column 2 is a time.*such as x=5,y=6,z=7"):
         _read("30.11.26 10:00:07 T7 D1 1.5 2.5 3.5\n30.11.26 10:00:14 T7 D1 2.5 2.5 3.5\n")
