@@ -313,8 +313,11 @@ class ConvertedFeatures(Result):
         del output
         from pretravel.files import write_csv_table
 
-        names = ("component", "feature", "quantity", "nominal", "actual", "deviation")
-        write_csv_table(path, {name: [getattr(f, name) for f in self.features] for name in names})
+        names = ["component", "feature", "quantity", "nominal", "actual", "deviation"]
+        if any(f.tolerance is not None for f in self.features):
+            names.append("tolerance")
+        columns = {name: [getattr(f, name) for f in self.features] for name in names}
+        write_csv_table(path, columns)
 
 
 def _lacking(file: SourceFile, known: FileFormat, options: ReadingOptions) -> str:
