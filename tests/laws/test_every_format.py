@@ -98,6 +98,7 @@ def test_columns_are_kept_or_named(known: FileFormat, ending: str, tmp_path: Pat
     for column in WORD_COLUMNS:
         assert column in again.words or f"the column {column}" in said
     assert again.nominal_points is not None or "nominal points" in said
+    assert read_readings(path, ReadingOptions(units="mm")).tip_radius or "diameter, 6 mm" in said
     if not known.keeps_approaches_and_feeds:  # it states one radius
         with pytest.raises(PretravelError, match="the touches are of 2 tips"):
             write_readings(path, replace(touches, tips=("t", "u")), 3.0)
@@ -139,6 +140,9 @@ def test_a_file_says_what_it_needs(known: FileFormat) -> None:
     """Without the data that it lacks, a file is refused; the message names file and data."""
     text, options = SAMPLES[known.name]
     file = SourceFile("sample", text.encode())
+    if "decimal" not in known.takes and known.parse is not None:
+        with pytest.raises(InputError, match="decimal is not used for a file of format"):
+            read_readings(file, replace(options or ReadingOptions(), decimal="comma"))
     if known.own_unit or known.name in ("qif", "cmm-listing", "trip-map"):
         given = options or ReadingOptions()
         assert len(read_readings(file, replace(given, units="mm")).touches) > 0

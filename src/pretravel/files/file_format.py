@@ -493,7 +493,7 @@ class FileFormat:
         ------
         InputError
         """
-        for name in ("offset", "radius_taken_off", "bores"):
+        for name in ("offset", "radius_taken_off", "bores", "decimal"):
             if getattr(options, name) is not None and name not in self.takes:
                 raise file.error(
                     f"{name.replace('_', ' ')} is not used for a file of format {self.name}; "

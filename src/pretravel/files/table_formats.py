@@ -59,6 +59,7 @@ _COLUMNS = (
 
 CSV = FileFormat(
     name="csv",
+    takes=("decimal",),
     what="table as text (.csv, .txt, .xyz, .asc)",
     reads="touches, positions, targets",
     writes="touches, points, maps",
@@ -76,6 +77,7 @@ CSV = FileFormat(
 
 PARQUET = FileFormat(
     name="parquet",
+    takes=("decimal",),
     what="Parquet (.parquet)",
     reads="touches, targets",
     writes="touches, points",

@@ -27,6 +27,8 @@ _NORMAL = ("nx", "ny", "nz")
 _APPROACH = ("ax", "ay", "az")
 _ALONG_THE_NORMAL = math.cos(1.0 * DEGREE)
 _NOMINAL = ("nominal_x_mm", "nominal_y_mm", "nominal_z_mm")
+_ONE_FOR_ALL = ("tip", "part", "pass", "orientation", "spindle_deg", "feed_mm_min")
+"""Columns that targets do not keep, and which must not change among them."""
 _DIRECTIONS = ReadingOptions(
     columns={f"{kind}{axis}": "none" for kind in ("", "nominal_") for axis in "xyz"}
 )
@@ -391,6 +393,7 @@ def _targets(
     file: SourceFile, table: CsvTable, surface: Surface | Part | None, *, own_approaches: bool
 ) -> Targets:
     normals = table.numbers(*_NORMAL)
+    _refuse_several(file, table)
     with file.named_in_errors(table.lines):
         return Targets(
             points=_points(table, normals, surface),
@@ -398,6 +401,22 @@ def _targets(
             approaches=table.numbers(*_APPROACH) if own_approaches else None,
             labels=_labels(table),
         )
+
+
+def _refuse_several(file: SourceFile, table: CsvTable) -> None:
+    """Refuse targets that differ in what one program, or one series of touches, has once."""
+    for name in _ONE_FOR_ALL:
+        cells = table.columns.get(name, ())
+        other = [row for row, cell in enumerate(cells) if cell != cells[0]]
+        if other:
+            raise file.error(
+                f"the column {table.titles.get(name, name)} changes (from '{cells[0]}' to "
+                f"'{cells[other[0]]}'): targets are touched in one series, by one tip, at one "
+                "feed, on one part. Split the table by this column, or leave it out "
+                f"({name.partition('_')[0]}=none)",
+                table.lines[other[0]],
+                inputs=("plan_columns", "columns"),
+            )
 
 
 def _points(table: CsvTable, normals: FloatArray, surface: Surface | Part | None) -> FloatArray:

@@ -23,6 +23,15 @@ class TestPrintFile:
         assert found[0].tolerance == 0.1
         assert found[1].deviation == 0.01
 
+    def test_numbers_of_part_and_feature_in_lines_of_their_own(self, tmp_path: Path) -> None:
+        row = "SIZE D71.0000  ACTUAL 71.9072  TOL 0.1000  DEV 0.9072\n"
+        text = f"COMPONENT NO 1\nFEATURE NO 1\n{row}FEATURE NO 2\n{row}COMPONENT NO: 2\n{row}"
+        path = written(tmp_path, text)
+        found = read_print_file(path, "mm")
+        assert [(f.component, f.feature) for f in found] == [(1, 1), (1, 2), (2, 0)]
+        run("convert", path, "--units", "mm", "-o", tmp_path / "f.csv")
+        assert [row["tolerance"] for row in rows(tmp_path / "f.csv")] == ["0.1"] * 3
+
     def test_lengths_of_inches_are_mm_and_angles_stay(self, tmp_path: Path) -> None:
         """An inch is 25.4 mm, which a printed angle does not contain."""
         text = PRINT_FILE + "ANG X 45.0000   ACTUAL 45.0200   TOL 0.1000   DEV .0200\n"

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 
+from pretravel.base import InputError
 from pretravel.files.plan_csv import pattern_table
+from pretravel.files.source_file import SourceFile
+from pretravel.files.touches_csv import read_plan, read_targets
 
 
 def test_a_pattern_turns_counter_clockwise_with_the_probe() -> None:
@@ -20,3 +24,22 @@ def test_a_pattern_turns_counter_clockwise_with_the_probe() -> None:
     assert found.keys() == expected.keys()
     for name, value in expected.items():
         assert abs(found[name] - value) < 1e-12, name
+
+
+@pytest.mark.parametrize(
+    ("title", "first", "second"),
+    [
+        ("Tool", "1", "2"),
+        ("part", "A", "B"),
+        ("feed_mm_min", "50", "100"),
+        ("spindle_deg", "0", "9"),
+    ],
+)
+def test_targets_of_two_tips_parts_or_feeds_are_refused(
+    title: str, first: str, second: str
+) -> None:
+    rows = f"{title},x_mm,y_mm,z_mm,nx,ny,nz\n{first},0,0,5,0,0,1\n{{}},9,0,5,0,0,1\n"
+    assert len(read_targets(SourceFile("t.csv", rows.format(first).encode()))) == 2
+    for read in (read_targets, read_plan):
+        with pytest.raises(InputError, match=rf"line 3: the column {title} changes \(from"):
+            read(SourceFile("t.csv", rows.format(second).encode()))

@@ -11,7 +11,11 @@ import re
 from pretravel.files import FeatureResult, FileFormat, Source, SourceFile, opened
 
 # Of lines in which every run of blanks is one blank.
-_HEAD = re.compile(r"COMPONENT NO (\d+) FEATURE NO (\d+)", re.I)
+_HEADS = {
+    word: re.compile(rf"\b{word} (?:NO|NUMBER|#)?[.:]? ?(\d+)", re.I)
+    for word in ("COMPONENT", "FEATURE")
+}
+"""The numbers of the part and of the feature, in one line or in two."""
 _NUMBER = r"([-+]?(?:\d+(?:\.\d*)?|\.\d+))"
 _ROW = re.compile(
     rf"^(SIZE|POSN|ANG) ([A-Z]?) ?{_NUMBER} ACTUAL {_NUMBER}"
@@ -52,19 +56,22 @@ def read_print_file(source: Source, units: str | None = None) -> list[FeatureRes
     """
     file = opened(source)
     scale = file.scale(units, "a print-out does not give its units")
-    component, feature = 0, 0
+    numbers = dict.fromkeys(_HEADS, 0)
     results = []
     for number, text in enumerate(file.lines("a print-out"), start=1):
         line = " ".join(text.replace("*", " ").split())
-        if head := _HEAD.search(line):
-            if max(len(head[1]), len(head[2])) > _MOST_DIGITS:
-                raise file.error("the numbers of component and feature cannot be read", number)
-            component, feature = int(head[1]), int(head[2])
+        for word, pattern in _HEADS.items():
+            if head := pattern.search(line):
+                if len(head[1]) > _MOST_DIGITS:
+                    raise file.error("the numbers of component and feature cannot be read", number)
+                numbers = {**numbers, "FEATURE": 0, word: int(head[1])}
         if not re.match(r"(SIZE|POSN|ANG)\b", line, re.I):
             continue
         if re.search(r"\bNaN\b", line, re.I):  # an axis that the cycle does not measure
             continue
-        results.append(_result(file, line, number, (component, feature), scale))
+        results.append(
+            _result(file, line, number, (numbers["COMPONENT"], numbers["FEATURE"]), scale)
+        )
     if not results:
         raise file.error("the file contains no result (SIZE…, POSN…, ANG…)")
     return results

@@ -190,7 +190,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         readings = self.read_with(options, progress, file_format=stated)
         radius = readings.tip_radius if tip is None else 0.5 * tip
         touches = _in_frame(readings, self.frame)
-        warnings = (*_losses(touches, self.output), *readings.notes())
+        warnings = (*_losses(touches, self.output, radius), *readings.notes())
         return ConvertedTouches(
             touches, radius, f"{len(touches)} touches ({known.name})\n", warnings
         )
@@ -313,8 +313,11 @@ class ConvertedFeatures(Result):
         del output
         from pretravel.files import write_csv_table
 
-        names = ("component", "feature", "quantity", "nominal", "actual", "deviation")
-        write_csv_table(path, {name: [getattr(f, name) for f in self.features] for name in names})
+        names = ["component", "feature", "quantity", "nominal", "actual", "deviation"]
+        if any(f.tolerance is not None for f in self.features):
+            names.append("tolerance")
+        columns = {name: [getattr(f, name) for f in self.features] for name in names}
+        write_csv_table(path, columns)
 
 
 def _lacking(file: SourceFile, known: FileFormat, options: ReadingOptions) -> str:
@@ -383,15 +386,19 @@ def _in_frame(readings: FileReadings, frame: str | None) -> Touches:
     return readings.in_machine_axes().touches if frame == "machine" else readings.touches
 
 
-def _losses(touches: Touches, output: Path) -> list[str]:
-    """A warning of properties of the touches that the format of the output cannot contain."""
+def _losses(touches: Touches, output: Path, tip_radius: float | None) -> list[str]:
+    """A warning of what is known of the touches and the format of the output cannot contain."""
     import numpy as np
 
     from pretravel.files import plain_labels, written_format
 
     known = written_format(output)
+    ending = output.suffix.lower()
     if known.keeps_approaches_and_feeds:
-        return []
+        if tip_radius is None:
+            return []
+        said = f"{ending} does not contain the tip's diameter, {2.0 * tip_radius:.6g} mm"
+        return [f"{said}: give it to the commands that need it"]
     lost = []
     if np.max(np.abs(touches.approach_directions + touches.normals)) > 1e-6:
         lost.append("approaches that are not along the normal")
@@ -406,7 +413,6 @@ def _losses(touches: Touches, output: Path) -> list[str]:
         lost.append("characters of labels other than letters, digits, space, _ . -")
     if not lost:
         return []
-    ending = output.suffix.lower()
     return [f"{ending} cannot contain {' and '.join(lost)}; the output is without them"]
 
 
