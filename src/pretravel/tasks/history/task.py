@@ -373,7 +373,15 @@ def _first_day(
 ) -> tuple[PretravelMap, DayTerms]:
     from pretravel.qualification import day_terms, qualified, refuse_unverifiable
 
-    made = qualified(readings.touches, reference, kind).pretravel_map
+    try:
+        made = qualified(readings.touches, reference, kind).pretravel_map
+    except PretravelError as error:
+        if "axis" not in error.inputs:
+            raise
+        raise PretravelError(
+            f"{error}. A history takes the axis from a map: qualify the probe, and give its map",
+            inputs=("map_file",),
+        ) from None
     refuse_unverifiable(made)
     return made, _with_notes(day_terms(readings.touches, made, reference, own=True), readings)
 
