@@ -139,9 +139,9 @@ def _refuse_axis(
         axis = ",".join(f"{part:g}" for part in setup.axis)
         raise PretravelError(
             f"{source}{touches.where(int(np.argmin(down)))} is "
-            f"{np.arccos(down.min()) / DEGREE:.0f}° from the probe axis ({axis}), which points from "
-            "the tip to the spindle: the stylus would go through the sphere. Give the axis, such "
-            "as 1,0,0 or 0,1,0 of a horizontal spindle",
+            f"{np.arccos(down.min()) / DEGREE:.0f}° from the probe axis ({axis}), which points "
+            "from the tip to the spindle: the stylus would go through the sphere. Give the axis, "
+            "such as 1,0,0 or 0,1,0 of a horizontal spindle",
             inputs=("axis",),
         )
 

@@ -195,3 +195,13 @@ def test_refusals(tmp_path: Path, words: tuple[object, ...], message: str) -> No
     given = [w.format(tmp_path) if isinstance(w, str) else w for w in words]
     told = " ".join(run("history", *given, code=2).split())
     assert re.search(message, told), told
+
+
+def test_what_is_doubtful_of_the_map_of_the_first_day_is_said(tmp_path: Path) -> None:
+    """A history has no axis: here the spindle is along x, and the map along z."""
+    n, logs = sphere_pattern_25()[:, ::-1], tmp_path / "logs"
+    logs.mkdir()
+    for day in (1, 2):
+        write_touches(logs / f"2026-03-0{day}.csv", Touches((15.49 + 1e-6 * day) * n, n))
+    warned = " ".join(both_outputs("history", logs, *SPHERE)[1].split())
+    assert "2026-03-01.csv: the touches reach to polar 158°" in warned

@@ -374,7 +374,7 @@ def _first_day(
     from pretravel.qualification import day_terms, qualified, refuse_unverifiable
 
     try:
-        made = qualified(readings.touches, reference, kind).pretravel_map
+        found = qualified(readings.touches, reference, kind)
     except PretravelError as error:
         if "axis" not in error.inputs:
             raise
@@ -382,8 +382,11 @@ def _first_day(
             f"{error}. A history takes the axis from a map: qualify the probe, and give its map",
             inputs=("map_file",),
         ) from None
+    made = found.pretravel_map
     refuse_unverifiable(made)
-    return made, _with_notes(day_terms(readings.touches, made, reference, own=True), readings)
+    terms = day_terms(readings.touches, made, reference, own=True)
+    said = dict.fromkeys((*found.warnings, *terms.warnings))  # of the map, and of the day
+    return made, _with_notes(replace(terms, warnings=tuple(said)), readings)
 
 
 def _terms(
