@@ -27,6 +27,7 @@ _YEAR_FIRST = re.compile(r"(?<!\d)((?:19|20)\d\d)([-_.]?)(\d\d)\2(\d\d)" + _TIME
 _DAY_FIRST = re.compile(r"(?<!\d)(\d\d)([-_.])(\d\d)\2((?:19|20)\d\d)" + _TIME)
 
 _ONE_DAY = timedelta(days=1)
+_HALF_A_DAY = 0.5 * _ONE_DAY
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def times_of_file(source: Path | str | SourceFile) -> RowTimes:
 
 
 def time_of_touches(paths: Sequence[Path]) -> tuple[datetime | None, str]:
-    """When the last of the touches of files were made, by their rows, and what is to be said.
+    """When the last of the touches of files were made, by their rows, else by their names.
 
     Parameters
     ----------
@@ -125,18 +126,25 @@ def time_of_touches(paths: Sequence[Path]) -> tuple[datetime | None, str]:
     Returns
     -------
     datetime or None
-        None where not all files state it.
+        None where not all files state it, and for today without a time: it is now. A day without a
+        time is its noon.
     str
         Why one that is stated is not used.
     """
     found = [times_of_file(path) for path in paths]
     unclear = next((times.unclear for times in found if times.unclear), "")
-    known = [times.last for times in found if times.last is not None]
+    stated = [times.last or _by_name(path.name) for path, times in zip(paths, found, strict=True)]
+    known = [moment for moment in stated if moment is not None]
     if unclear or len(known) < len(found) or not known:
         return None, ""  # said where they are read
     last = max(known)
+    if last.time() == time():  # a date alone
+        if last.date() == datetime.now().date():
+            return None, ""
+        last += _HALF_A_DAY  # the day is the same in most time zones
     if last > datetime.now() + _ONE_DAY:
-        return None, f"{found[0]}: this is after today, and not used as the time of the entry"
+        where = str(found[0]) or f"the name of {paths[0].name}"
+        return None, f"{where}: this is after today, and not used as the time of the entry"
     return last, ""
 
 
@@ -146,9 +154,12 @@ def moment_of_touches(reading: str, name: str) -> datetime | None:
     >>> moment_of_touches("decimal comma", "sphere_2026-03-14.csv")
     datetime.datetime(2026, 3, 14, 0, 0)
     """
-    found = first_touched(reading)
+    return first_touched(reading) or _by_name(name)
+
+
+def _by_name(name: str) -> datetime | None:
     try:
-        return found or next(iter(_moments(Path(name))), None)
+        return next(iter(_moments(Path(name))), None)
     except InputError:  # which is said where the dates of files are needed
         return None
 

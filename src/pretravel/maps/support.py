@@ -41,7 +41,7 @@ MARGIN = 5.0 * DEGREE
 
 MOST_LOOKED_AT = 5000
 """Touched directions in which a map is evaluated for a report; a map is smooth between them."""
-_SOUTH_LIMIT = -0.985  # polar 170°: beyond it the projection becomes too large
+SOUTH_LIMIT = -0.985  # polar 170°: beyond it the projection becomes too large
 _CHUNK = 8192
 _CHUNK_IN_CACHE = 1024  # of points by few triangles: several matrices remain in the cache
 _FEW_NODES = 30  # of more, all triples take longer than loading another library
@@ -212,7 +212,7 @@ class DirectionSupport:
         nodes = checked_unit(self.nodes, "support directions")
         if len(nodes) == 0:
             raise PretravelError("a map needs at least one direction")
-        if np.any(nodes[:, 2] < _SOUTH_LIMIT):
+        if np.any(nodes[:, 2] < SOUTH_LIMIT):
             raise PretravelError(
                 "directions with a polar angle above 170° cannot be mapped: "
                 "there the part would pull the stylus out of the probe"

@@ -13,6 +13,7 @@ from pretravel.base import DEGREE, INCH, MICROMETRE, FloatArray, PretravelError,
 from pretravel.maps import (
     LARGEST_PRETRAVEL,
     SMALLEST_PRETRAVEL,
+    SOUTH_LIMIT,
     Observation,
     QualificationSetup,
     largest_plausible,
@@ -114,11 +115,11 @@ def refuse_contradictions(
     feed = None if touches.feeds is None else float(touches.feeds.max())
     _refuse_diameters(fit.radius, setup, source, largest_plausible(feed))
     if not setup.ring:
-        _refuse_axis(in_probe, fit, setup, source)
+        _refuse_axis(touches, in_probe, fit, setup, source)
 
 
 def _refuse_axis(
-    in_probe: FloatArray, fit: SphereFit, setup: QualificationSetup, source: str
+    touches: Touches, in_probe: FloatArray, fit: SphereFit, setup: QualificationSetup, source: str
 ) -> None:
     """Refuse touches from behind: the stylus would go through the sphere."""
     offset = in_probe - fit.center
@@ -131,6 +132,16 @@ def _refuse_axis(
             f"{source}{np.sum(behind)} of {len(behind)} touches are on the side of the sphere from "
             "which the probe axis points away: the stylus would go through the sphere. The axis "
             f"points from the tip to the spindle.{turned}",
+            inputs=("axis",),
+        )
+    down = offset[:, 2] / np.linalg.norm(offset, axis=1)
+    if down.min() < SOUTH_LIMIT:
+        axis = ",".join(f"{part:g}" for part in setup.axis)
+        raise PretravelError(
+            f"{source}{touches.where(int(np.argmin(down)))} is "
+            f"{np.arccos(down.min()) / DEGREE:.0f}° from the probe axis ({axis}), which points "
+            "from the tip to the spindle: the stylus would go through the sphere. Give the axis, "
+            "such as 1,0,0 or 0,1,0 of a horizontal spindle",
             inputs=("axis",),
         )
 

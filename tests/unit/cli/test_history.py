@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.base.directions import sphere_pattern_25
 from pretravel.files.map_file import write_map
 from pretravel.files.probe_history import add_verification
 from pretravel.files.touches_csv import write_touches
+from pretravel.touches import Touches
 from tests.support.commands import both_outputs, rows, run
 from tests.support.pictures import coloured_share
 from tests.unit.files.test_files_of_version_1 import FOLDER
@@ -173,6 +175,8 @@ def test_what_a_terminal_would_obey_is_shown_as_text(
          "the map gives it"),
         (("{0}/empty", "--diameter", 25), "the folder has no file of touches"),
         (("{0}/bad", "--diameter", 25), "none of 1 file can be used. The first one:"),
+        (("{0}/lying", "--diameter", 25, "--tip-diameter", 6),
+         r"180° from the probe axis \(0,0,1\).*Give the axis.*from a map: qualify the "),
         (("{0}/logs", "--diameter", 25, "--limit", 0), "--limit"),
         (("{0}/no.jsonl",), "there is no such history"),
         (("{0}/logs", "--diameter", 20, "--map", "{0}/map.json"),
@@ -180,11 +184,24 @@ def test_what_a_terminal_would_obey_is_shown_as_text(
     ],
 )  # fmt: skip
 def test_refusals(tmp_path: Path, words: tuple[object, ...], message: str) -> None:
-    for name in ("logs", "bad", "empty"):
+    for name in ("logs", "bad", "empty", "lying"):
         (tmp_path / name).mkdir()
+    # A horizontal spindle, along x, and a touch from below.
+    n = np.vstack([sphere_pattern_25()[:, ::-1], [[0.0, 0.0, -1.0]]])
+    write_touches(tmp_path / "lying" / "2026-03-01.csv", Touches(15.49 * n, n))
     write_touches(tmp_path / "logs" / "2026-03-01.csv", touches(1))
     (tmp_path / "bad" / "2026-03-01.csv").write_text("nothing\n")
     write_map(tmp_path / "map.json", old_map())
     given = [w.format(tmp_path) if isinstance(w, str) else w for w in words]
     told = " ".join(run("history", *given, code=2).split())
     assert re.search(message, told), told
+
+
+def test_what_is_doubtful_of_the_map_of_the_first_day_is_said(tmp_path: Path) -> None:
+    """A history has no axis: here the spindle is along x, and the map along z."""
+    n, logs = sphere_pattern_25()[:, ::-1], tmp_path / "logs"
+    logs.mkdir()
+    for day in (1, 2):
+        write_touches(logs / f"2026-03-0{day}.csv", Touches((15.49 + 1e-6 * day) * n, n))
+    warned = " ".join(both_outputs("history", logs, *SPHERE)[1].split())
+    assert "2026-03-01.csv: the touches reach to polar 158°" in warned

@@ -76,13 +76,17 @@ def test_dates_of_rows(
         assert found.moment == moment
         assert found.from_rows
         assert cells is None or f"touched {moment:%Y-%m-%d}" in read_touches(path).reading
-        assert time_of_touches([path])[0] is not None
+        last = time_of_touches([path])[0]
+        assert last is not None
         path = path.rename(tmp_path / "2026-07-01.csv")
         with pytest.raises(InputError, match="name has the date 2026-07-01, and its rows were t"):
             dated_file(path)
     else:
         assert moment in found.unclear
         assert not found.from_rows
+        path = path.rename(tmp_path / "2026-03-14_0630.csv")
+        by_name = None if moment else datetime(2026, 3, 14, 6, 30)  # a row may contradict it
+        assert time_of_touches([path]) == (by_name, "")
 
 
 @pytest.mark.parametrize(

@@ -177,6 +177,18 @@ class TestCauses:
         assert "36 effective degrees of freedom, not 50: allows for" in str(repeats.remark)
         assert [note.split()[0] for note in document.notes] == ["check", "a"]
 
+    def test_what_is_doubtful_of_an_accepted_map_is_said(self) -> None:
+        """Once of each direction of the first nine: not enough for a map."""
+        pretravel, noise = changed(Cause.PRELOAD)
+        seen = touches(pretravel, 4, noise)
+        few = seen.take(np.arange(0, 9 * REPEATS, REPEATS))
+        made = qualify(few, 25.0, tip_diameter=6.0, kind="harmonic")
+        assert made.warnings
+        result = verify(seen, old_map(), 25.0)
+        document = verification_document(result, "accepted new.json", accepted=made)
+        assert document.warnings[-1] == f"new map: {made.warnings[-1]}"
+        assert document.figures[-1].remark == "rms; made from these 9 touches alone"
+
     def test_a_reference_that_drifted_is_no_reason_to_check_the_stylus(self) -> None:
         pretravel, noise = changed(Cause.DRIFT)
         document = verification_document(

@@ -457,8 +457,9 @@ class TestHistory:
                    "--plot", tmp_path / "v.png")  # fmt: skip
         assert "no change found since" in told
         # Exit code 3 means changed; the message is still on stdout.
-        run("verify", tmp_path / "bent.csv", *common, "--history", probe,
-            "--accept", tmp_path / "new.json", "-o", tmp_path / "v.json", code=3)  # fmt: skip
+        given = ("--history", probe, "--accept", tmp_path / "new.json", "-o", tmp_path / "v.json")
+        told = run("verify", tmp_path / "bent.csv", *common, *given, code=3)
+        assert "made from these 75 touches alone" in told
         (found,) = data_of(tmp_path / "v.json")["Verification"]
         assert (found["changed"], found["decision"]) == (1.0, "accepted new.json")
         assert found["size_um"] == pytest.approx(2.0, abs=4.0 * found["u_size_um"])

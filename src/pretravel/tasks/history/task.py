@@ -373,9 +373,20 @@ def _first_day(
 ) -> tuple[PretravelMap, DayTerms]:
     from pretravel.qualification import day_terms, qualified, refuse_unverifiable
 
-    made = qualified(readings.touches, reference, kind).pretravel_map
+    try:
+        found = qualified(readings.touches, reference, kind)
+    except PretravelError as error:
+        if "axis" not in error.inputs:
+            raise
+        raise PretravelError(
+            f"{error}. A history takes the axis from a map: qualify the probe, and give its map",
+            inputs=("map_file",),
+        ) from None
+    made = found.pretravel_map
     refuse_unverifiable(made)
-    return made, _with_notes(day_terms(readings.touches, made, reference, own=True), readings)
+    terms = day_terms(readings.touches, made, reference, own=True)
+    said = dict.fromkeys((*found.warnings, *terms.warnings))  # of the map, and of the day
+    return made, _with_notes(replace(terms, warnings=tuple(said)), readings)
 
 
 def _terms(

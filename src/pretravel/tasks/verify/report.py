@@ -27,6 +27,7 @@ from pretravel.tasks.history import decision_words
 if TYPE_CHECKING:
     from pretravel.base import FloatArray
     from pretravel.files import Entry
+    from pretravel.qualification import Qualification
     from pretravel.show import View
 
 
@@ -38,6 +39,7 @@ def verification_document(
     entries: Sequence[Entry] = (),
     warnings: Sequence[str] = (),
     center_moved: FloatArray | None = None,
+    accepted: Qualification | None = None,
 ) -> Document:
     """The report of a verification.
 
@@ -54,6 +56,8 @@ def verification_document(
         In addition to those of the result.
     center_moved : (3,) float, optional
         Shift of the centre of the reference since the qualification. [mm]
+    accepted : Qualification, optional
+        With the new map, whose doubts are the user's from now on.
 
     Returns
     -------
@@ -82,15 +86,31 @@ def verification_document(
             *shifted,
             *_test_figures(result),
             KeyFigure("old map", decision_words(decision) + _UNTIL_THEN * keep),
+            *_new_map_figures(accepted),
         ),
         pictures=(
             Picture("Differences, and the control chart" if entries else "Differences", drawn),
         ),
         notes=(_CHECK_STYLUS,) * (keep and not _drifted(result))
         + (_NOT_SHOWN,) * bool(keep or shifted),
-        warnings=(*unseen, *warnings, *result.warnings),
+        warnings=(
+            *unseen, *warnings, *result.warnings,
+            *(f"new map: {said}" for said in (accepted.warnings if accepted else ())),
+        ),
         data=_data(result, decision),
-    )
+    )  # fmt: skip
+
+
+def _new_map_figures(accepted: Qualification | None) -> tuple[KeyFigure, ...]:
+    """How good the new map is, and which touches it leaves out."""
+    if accepted is None:
+        return ()
+    u = accepted.pretravel_map.over_support()[2]
+    return (
+        KeyFigure("u of the new map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
+                  remark=f"rms; made from these {int(accepted.used.sum())} touches alone"),
+        *(KeyFigure("OUTLIER", f"{one.message}. {one.outcome}") for one in accepted.outliers),
+    )  # fmt: skip
 
 
 def _drifted(result: Verification) -> bool:

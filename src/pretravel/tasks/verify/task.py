@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pretravel.base import FloatArray
     from pretravel.files import Entry, FileReadings
     from pretravel.maps import PretravelMap
-    from pretravel.qualification import Verification
+    from pretravel.qualification import Qualification, Verification
     from pretravel.show import Document
     from pretravel.touches import Touches
 
@@ -131,12 +131,12 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         readings = replace(readings, warnings=(*readings.warnings, *said))
         rate = 0.01 * self.false_alarms
         result = verify(measured, old_map, self.diameter, ring=self.ring, false_alarm_rate=rate)
-        new_map = None
+        accepted = None
         if self.accept is not None:
             from pretravel.qualification import qualify_like
 
-            new_map = qualify_like(measured, old_map, self.diameter, ring=self.ring).pretravel_map
-        with _new_map(self.accept, new_map):
+            accepted = qualify_like(measured, old_map, self.diameter, ring=self.ring)
+        with _new_map(self.accept, accepted and accepted.pretravel_map):
             if self.history is not None:
                 moment, why = time_of_touches(self.files)
                 readings = replace(readings, warnings=(*readings.warnings, *filter(None, [why])))
@@ -153,7 +153,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         unsure = result.changed or unseen
         entries = () if self.history is None else tuple(read_history(self.history))
         code, moved = ANSWER if unsure else 0, _center_moved(measured, old_map, ring=self.ring)
-        return VerifiedProbe(self, readings, result, entries, code, moved)
+        return VerifiedProbe(self, readings, result, entries, code, moved, accepted)
 
     def _known_to_history(self, readings: FileReadings, old_map: PretravelMap) -> tuple[str, ...]:
         """Refuse touches that the history has; what it says of the map."""
@@ -192,6 +192,8 @@ class VerifiedProbe(Result):
         `ANSWER` where the probe has changed, or a turn of it could not be seen.
     center_moved : (3,) float, optional
         Shift of the centre of the reference since the qualification. [mm]
+    accepted : Qualification, optional
+        With the new map.
     """
 
     task: Verify
@@ -200,6 +202,7 @@ class VerifiedProbe(Result):
     entries: tuple[Entry, ...] = ()
     exit_code: int = 0
     center_moved: FloatArray | None = None
+    accepted: Qualification | None = None
 
     def document(self) -> Document:
         """The report."""
@@ -213,6 +216,7 @@ class VerifiedProbe(Result):
             entries=self.entries,
             warnings=self.readings.notes(),
             center_moved=self.center_moved,
+            accepted=self.accepted,
         )
 
 
