@@ -22,6 +22,7 @@ from pretravel.measurement.compensation import apply, embed
 from pretravel.measurement.points import FIXED_SCATTER, Points
 from pretravel.measurement.selection import points_of_features
 from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import mean_map
 from tests.support.feature_points import OWN, TIP, around, feature_points, features
 
 KINDS = tuple(ASSOCIATIONS)
@@ -46,6 +47,14 @@ class TestCircleInClosedForm:
             assert found.quantity(name).u == pytest.approx(np.sqrt(2.0 / count) * OWN, rel=1e-9)
         with_machine = measure_feature(points, kind, u_machine=0.002).quantity("diameter").u
         assert with_machine == pytest.approx(np.hypot(diameter.u, 0.002), rel=1e-12)
+
+    def test_no_form_is_stated_with_a_predicted_map(self) -> None:
+        """What the prediction misses of the probe may be all of it: a range remains, without U."""
+        outward, _ = around(12)
+        lobed = (10.0 + 4e-3 * np.cos(3.0 * np.arange(12) * np.pi / 6.0))[:, None] * outward
+        points = apply(embed(lobed, -outward, mean_map(5e-3)), mean_map(5e-3))
+        stated = [quantity.name for quantity in measure_feature(points, "bore").stated]
+        assert stated == ["diameter", "x", "y", "measured range"]
 
     def test_a_lobe_of_the_map_moves_the_centre(self) -> None:
         """An error cos φ of the map is a shift of the centre by its full amount, not of size."""

@@ -210,7 +210,8 @@ class MeasuredFeature(WithPlot):
             found.append(Quantity("position", value, u, {}, plain, dof=away.dof, ends=away.ends))
         if self.association.dof > 0 and self.kind != BARE_SURFACE:
             form, before = self.form, self.uncompensated
-            if self.points.state_uncertainty:  # else the noise may be all of it
+            # Else noise, or what a prediction misses of the probe, may be all of it.
+            if self.points.state_uncertainty and self.errors.map_is_stated:
                 found.append(Quantity(self.form_name, form.value, form.u, {}, ends=form.interval))
             plain = None if before is None else before.form
             whole = self.range_about_least_squares
