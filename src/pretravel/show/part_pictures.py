@@ -19,13 +19,12 @@ _MOST_NUMBERS = 60
 """More numbers of faces than these hide each other."""
 
 
-def part_view(part: Part, title: str = "") -> View:
+def part_view(part: Part) -> View:
     """A part's faces in colours, with their numbers.
 
     Parameters
     ----------
     part : Part
-    title : str
 
     Returns
     -------
@@ -57,7 +56,7 @@ def part_view(part: Part, title: str = "") -> View:
         note = "too many faces for their numbers: point at the middle of a face"
     count = f"{len(numbers)} face{'s' * (len(numbers) != 1)}"
     chart = SpaceChart("Faces and their numbers", tuple(marks), "part", note=note, bare=True)
-    return View(f"{title or part.name}: {count}", (chart,))
+    return View(f"{part.name}: {count}", (chart,))
 
 
 def _above_bore(face: Face, middle: FloatArray, height: float) -> FloatArray:

@@ -367,7 +367,6 @@ def tip_of(
     *,
     workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
-    extrapolate: bool = False,
 ) -> TipBehaviour:
     """The tip of a description, of a probe in the catalogue or of a map; or the tip itself.
 
@@ -376,8 +375,6 @@ def tip_of(
     probe : Probe, PretravelMap, TipBehaviour or str
     model, workpiece, gravity
         For a description: as for `predicted_tip`.
-    extrapolate : bool
-        For a map: whether it is used outside its directions too.
 
     Returns
     -------
@@ -400,7 +397,7 @@ def tip_of(
             return tip
         return OpeningTip(tip, frozen(probe.opening * lifted_tip_motion(probe)))
     if isinstance(probe, PretravelMap):
-        return mapped_tip(probe, extrapolate=extrapolate)
+        return mapped_tip(probe)
     if all(
         hasattr(probe, name) for name in ("state", "radius", "has_forces", "supports", "turned")
     ):

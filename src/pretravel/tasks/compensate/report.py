@@ -35,7 +35,6 @@ def points_document(
     touches_name: str = "",
     nominal: Surface | Part | None = None,
     placement: Placement | None = None,
-    tolerance: tuple[float, float] | None = None,
     warnings: Sequence[str] = (),
     budgets: Sequence[Budget] = (),
 ) -> Document:
@@ -50,8 +49,6 @@ def points_document(
         The picture shows the faces of a CAD file.
     placement : Placement or None
         Of the part in the machine, where the points are in the frame of the machine.
-    tolerance : pair of float or None
-        Smallest and largest allowed deviation along the normal, for the picture. [mm]
     warnings : sequence of str
     budgets : sequence of Budget
         Of the points on average, or of single ones.
@@ -65,7 +62,7 @@ def points_document(
     def view() -> View:
         from pretravel.tasks.compensate.picture import points_view
 
-        return points_view(points, title, nominal=nominal, placement=placement, tolerance=tolerance)
+        return points_view(points, title, nominal=nominal, placement=placement)
 
     before_and_after = "The part before and after compensation, pretravel and uncertainty"
     picture = Picture(before_and_after, view)
