@@ -273,14 +273,6 @@ def replaced_since(path: str | Path, pretravel_map: PretravelMap) -> tuple[str, 
 def read_history(path: str | Path) -> list[Entry]:
     """All verifications of a probe, oldest first.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    list of Entry
-
     Raises
     ------
     InputError

@@ -333,13 +333,7 @@ def _refuse_changing_notes(text: TextTable, column: int) -> None:
 
 
 def unit_of_rows(text: TextTable, roles: ColumnRoles) -> str | None:
-    """Unit of length that a column states for the first row; None where there is no such column.
-
-    Parameters
-    ----------
-    text : TextTable
-    roles : ColumnRoles
-    """
+    """Unit of length that a column states for the first row; None where there is no such column."""
     found = [unit_of(text.column(i)[0]) for i, name in _other_columns(text, roles) if name in _UNIT]
     return next((unit for unit in found if unit in LENGTH_UNITS), None)
 

@@ -165,10 +165,6 @@ def by_noise(made: Qualification) -> FloatArray:
 
     The touches are fitted again with drawn noise (seeded). A kind of map that cannot be fitted
     again near its fit has the whole covariance of its own centre, which is larger.
-
-    Parameters
-    ----------
-    made : Qualification
     """
     seen, noise = made.fit.observation, made.repeatability
     generator = np.random.default_rng(0)

@@ -76,10 +76,6 @@ def plan_block(lengths: tuple[float, ...]) -> BlockPlan:
     lengths : tuple of float
         One, of a cube, or those along x, y and z at a turn of zero. [mm]
 
-    Returns
-    -------
-    BlockPlan
-
     Raises
     ------
     PretravelError

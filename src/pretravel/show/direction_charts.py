@@ -137,12 +137,7 @@ def labels_of(
 
 
 def top_view_grid(pretravel_map: PretravelMap) -> dict[str, FloatArray]:
-    """A map on the grid of a top view; see `map_grid`.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-    """
+    """A map on the grid of a top view; see `map_grid`."""
     return map_grid(pretravel_map, polar_step=2.0, azimuth_step=3.0)
 
 
@@ -400,10 +395,6 @@ def chart_by_place(
         Which repeat each other's direction: those are drawn side by side.
     ringed : (str, sequence of int)
         Rows with a ring around them, and what they are.
-
-    Returns
-    -------
-    PolarChart
     """
     polar, azimuth = angles_deg(directions)
     repeated = groups is not None and len(np.unique(groups)) < len(groups)

@@ -20,16 +20,7 @@ _MOST_NUMBERS = 60
 
 
 def part_view(part: Part) -> View:
-    """A part's faces in colours, with their numbers.
-
-    Parameters
-    ----------
-    part : Part
-
-    Returns
-    -------
-    View
-    """
+    """A part's faces in colours, with their numbers."""
     shown = [face_triangles(face, faces=len(part.faces)) for face in part.faces]
     numbers = [str(face.number) for face in part.faces]
     outwards = np.array([face.local(face.middle[None]).normal[0] for face in part.faces])
@@ -91,10 +82,6 @@ def body_marks(
     placement : Placement or None
         Of the part in the machine, where the picture is in the frame of the machine.
     opacity : float
-
-    Returns
-    -------
-    tuple of SpaceMark
     """
     faces: Sequence[Face] = ()
     if isinstance(surface, Part):

@@ -22,10 +22,6 @@ def budget_table(budget: Budget, *, title: str = "") -> Table:
         Its result in mm.
     title : str
 
-    Returns
-    -------
-    Table
-
     >>> from pretravel.show.terminal import table_text
     >>> from pretravel.uncertainty.gum import Component
     >>> budget = Budget((Component("scale", "B", 3e-4), Component("repeats", "A", 4e-4, dof=9)))

@@ -263,10 +263,6 @@ def mapped_tip(pretravel_map: PretravelMap, *, extrapolate: bool = False) -> Tip
     pretravel_map : PretravelMap
     extrapolate : bool
         Whether the map is used outside its directions too; a predicted map holds everywhere.
-
-    Returns
-    -------
-    TipBehaviour
     """
     probe = pretravel_map.basis.condensed_probe
     if probe is not None:
@@ -375,10 +371,6 @@ def tip_of(
     probe : Probe, PretravelMap, TipBehaviour or str
     model, workpiece, gravity
         For a description: as for `predicted_tip`.
-
-    Returns
-    -------
-    TipBehaviour
 
     Raises
     ------

@@ -125,10 +125,6 @@ def outcome_of(study: Study, levels: Mapping[str, Level]) -> Outcome:
     levels : mapping of key to value
         Of the factors.
 
-    Returns
-    -------
-    Outcome
-
     >>> from pretravel.design.studies.definition import load_study
     >>> study = load_study("preload-and-seats")
     >>> outcome_of(study, {"spring.preload_N": 5.91}).pretravel.shape  # polar, azimuth

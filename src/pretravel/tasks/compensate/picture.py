@@ -43,10 +43,6 @@ def points_view(
         The faces of a CAD file are shown below the points.
     placement : Placement or None
         Of the part in the machine, where the points are in the frame of the machine.
-
-    Returns
-    -------
-    View
     """
     frame: FrameName = "part" if placement is None else "machine"
     body = body_marks(nominal, placement)
@@ -66,10 +62,6 @@ def points_view(
 
 def deviation_before(points: Points) -> FloatArray | None:
     """Distance of the points without compensation from the nominal, along the normal.
-
-    Parameters
-    ----------
-    points : Points
 
     Returns
     -------
@@ -149,10 +141,6 @@ def touches_view(
     title : str
     surface : Surface, Part or None
         The faces of a CAD file are shown below the touches.
-
-    Returns
-    -------
-    View
     """
     length = travel / MICROMETRE
     labels = tuple(

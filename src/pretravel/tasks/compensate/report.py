@@ -52,10 +52,6 @@ def points_document(
     warnings : sequence of str
     budgets : sequence of Budget
         Of the points on average, or of single ones.
-
-    Returns
-    -------
-    Document
     """
     title = f"{touches_name}, compensated" if touches_name else "Compensated points"
 
@@ -88,10 +84,6 @@ def summary_document(
     title : str
     warnings : sequence of str
     budgets : sequence of Budget
-
-    Returns
-    -------
-    Document
     """
     figures = [
         KeyFigure("pretravel", _span(summary.pretravel), "µm"),
@@ -137,10 +129,6 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
 
     With a nominal these are deviations from it. Without one the error of a point is not known;
     then they are distances from the compensated points, the errors that the map takes away.
-
-    Parameters
-    ----------
-    points : PointsSummary
 
     Returns
     -------
@@ -228,10 +216,6 @@ def simulation_document(
     surface : Surface, Part or None
         The picture shows the faces of a CAD file.
     warnings : sequence of str
-
-    Returns
-    -------
-    Document
     """
 
     def view() -> View:

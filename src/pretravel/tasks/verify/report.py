@@ -54,10 +54,6 @@ def verification_document(
         In addition to those of the result.
     center_moved : (3,) float, optional
         Shift of the centre of the reference since the qualification. [mm]
-
-    Returns
-    -------
-    Document
     """
     shifted = _shift_figures(center_moved)
     verdict = "CHANGED" if result.changed else "no change found"
@@ -99,12 +95,7 @@ def _drifted(result: Verification) -> bool:
 
 
 def verification_judgement(result: Verification) -> Judgement:
-    """Whether the probe has changed, in a word.
-
-    Parameters
-    ----------
-    result : Verification
-    """
+    """Whether the probe has changed, in a word."""
     if result.changed:
         return Judgement("bad", "Changed")
     if result.unseen_turn is not None:
