@@ -57,12 +57,7 @@ class StarTip:
 
 @dataclass(frozen=True, eq=False)
 class StarStylus:
-    """Tips that were qualified on one sphere; the first one is that which the others refer to.
-
-    Attributes
-    ----------
-    tips : tuple of StarTip
-    """
+    """Tips that were qualified on one sphere; the first one is that which the others refer to."""
 
     tips: tuple[StarTip, ...]
 

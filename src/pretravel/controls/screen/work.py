@@ -33,13 +33,7 @@ _ROUND = 0.01
 
 @dataclass(frozen=True, eq=False)
 class TouchesPicture:
-    """Touches in space, drawn.
-
-    Attributes
-    ----------
-    touches : TouchesInSpace
-    figure : PlotlyFigure
-    """
+    """Touches in space, drawn."""
 
     touches: TouchesInSpace
     figure: PlotlyFigure

@@ -277,10 +277,6 @@ class LateralTip:
     The deflection is the model's sensing distance, in the direction of the force's
     projection across the axis.
 
-    Parameters
-    ----------
-    tip : PredictedTip
-
     References
     ----------
     Rodrigues 2021, sections 3.3 and 3.4.

@@ -24,13 +24,7 @@ from pretravel.touches import Touches
 
 
 class OutputMeaning(NamedTuple):
-    """A number that a study computes of each design.
-
-    Attributes
-    ----------
-    unit : str
-    text : str
-    """
+    """A number that a study computes of each design."""
 
     unit: str
     text: str
