@@ -98,10 +98,6 @@ def full_contact(
         Element size in the zones. [mm]
     settings : MeshSettings, optional
         For the rest of the mesh.
-
-    Returns
-    -------
-    FullContact
     """
     if probe.step is not None:
         raise DescriptionError(
@@ -276,10 +272,6 @@ def contact_state(contact: FullContact, preload: float, tip_force: npt.ArrayLike
         [N]
     tip_force : (3,) float
         [N]
-
-    Returns
-    -------
-    ContactState
 
     Raises
     ------

@@ -206,10 +206,6 @@ def monte_carlo(
     seed : int or None
         None draws other numbers each time.
 
-    Returns
-    -------
-    MonteCarlo
-
     Raises
     ------
     PretravelError
@@ -345,10 +341,6 @@ def validate(gum: Propagated, trials: MonteCarlo, digits: int = 2) -> Validation
         Made with a fifth of the tolerance (`share=0.2`).
     digits : int
         Number of significant digits of u that must agree.
-
-    Returns
-    -------
-    Validation
 
     References
     ----------

@@ -113,10 +113,6 @@ def propagate(
     evaluations : m of "A" or "B", optional
         When not given: A where degrees of freedom are finite, else B.
 
-    Returns
-    -------
-    Propagated
-
     Raises
     ------
     PretravelError

@@ -14,10 +14,6 @@ from pretravel.task import map_or_prediction
 def own_description(path: Path) -> Probe:
     """Read the description of a probe that is a file of a project.
 
-    Parameters
-    ----------
-    path : Path
-
     Raises
     ------
     PretravelError

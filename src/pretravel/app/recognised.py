@@ -84,12 +84,6 @@ def kind_of(content: bytes) -> Kind | None:
 def not_this(name: str, content: bytes, purpose: str) -> str:
     """Why a purpose cannot take a file, by its first bytes; empty where it may.
 
-    Parameters
-    ----------
-    name : str
-    content : bytes
-    purpose : str
-
     >>> not_this("letter.txt", b"Dear Sir", "touches")[:48]
     'letter.txt, line 1: the text is not a table of t'
     >>> not_this("other.json", b"{}", "map")
@@ -113,11 +107,6 @@ def not_this(name: str, content: bytes, purpose: str) -> str:
 
 def kind_elsewhere(content: bytes, purpose: str) -> Kind | None:
     """The kind of a file that a purpose cannot take; None where it may be of this purpose.
-
-    Parameters
-    ----------
-    content : bytes
-    purpose : str
 
     >>> kind_elsewhere(b"time_s,ruler_mm,laser_mm,contact,trigger", "touches").words
     'a trace of a calibration rig'

@@ -70,11 +70,6 @@ def locked_file(path: Path, seconds: float) -> Iterator[int]:
 def add(descriptor: int, content: bytes) -> None:
     """Add to the end of a file; after an error, the file is as it was.
 
-    Parameters
-    ----------
-    descriptor : int
-    content : bytes
-
     Raises
     ------
     OSError

@@ -254,10 +254,6 @@ def parse_placement(text: str) -> Placement:
     text : str
         Shift in mm, then rotations in degrees about the machine's x, y and z axes, in that order.
 
-    Returns
-    -------
-    Placement
-
     Raises
     ------
     PretravelError

@@ -25,14 +25,6 @@ _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+")
 def decimal_point_advice(text: str) -> str:
     """What to write instead of a number with a decimal comma; empty for another text.
 
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    str
-
     >>> decimal_point_advice("24,9987")
     'the decimal sign is a point: write 24.9987'
     >>> decimal_point_advice("1.024,5")

@@ -85,10 +85,6 @@ def plan_axis_program(
     feeds, repeats
         As `plan_program` has them.
 
-    Returns
-    -------
-    ProbingProgram
-
     Raises
     ------
     PretravelError

@@ -213,10 +213,6 @@ def control_table(
         The table of that map.
     settings : TableSettings
 
-    Returns
-    -------
-    ControlTable
-
     Raises
     ------
     PretravelError

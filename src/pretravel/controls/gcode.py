@@ -25,10 +25,6 @@ def render(template: str, **values: object) -> str:
     **values : object
         The names that the template uses.
 
-    Returns
-    -------
-    str
-
     >>> print(render("linuxcnc/unit.ngc", inch=25.4).splitlines()[2])
     #<unit> = [1/25.4]
     """

@@ -108,10 +108,6 @@ def read_tool(source: Source, number: int, units: str = "mm") -> Tool:
     units : str
         Units of the machine: mm or inch.
 
-    Returns
-    -------
-    Tool
-
     Raises
     ------
     InputError

@@ -35,10 +35,6 @@ def state_subroutines() -> dict[str, str]:
 def check_line_lengths(text: str) -> None:
     """Refuse G-code with a line that LinuxCNC's interpreter does not accept.
 
-    Parameters
-    ----------
-    text : str
-
     Raises
     ------
     PretravelError

@@ -31,14 +31,6 @@ class Band:
 def supported_band(pretravel_map: PretravelMap) -> Band:
     """The widest range of polar angles in which every azimuth is supported.
 
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    Band
-
     Raises
     ------
     PretravelError

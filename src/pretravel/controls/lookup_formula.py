@@ -159,10 +159,6 @@ class LookupSeats:
 def exact_lookup(pretravel_map: PretravelMap) -> LookupSeries | LookupSeats | None:
     """The map's own formula for a control; None where the control needs a table.
 
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-
     Raises
     ------
     PretravelError

@@ -180,10 +180,6 @@ def lookup_table(pretravel_map: PretravelMap, *, tolerance: float, most_values: 
     most_values : int
         Number of variables that the control has for the table.
 
-    Returns
-    -------
-    LookupTable
-
     Raises
     ------
     PretravelError

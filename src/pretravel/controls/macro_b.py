@@ -92,10 +92,6 @@ def free_variables(ranges: tuple[tuple[int, int], ...], base: int) -> int:
         First and last variables that may be used.
     base : int
 
-    Returns
-    -------
-    int
-
     Raises
     ------
     PretravelError

@@ -39,14 +39,6 @@ class MapIdentity:
 def map_identity(pretravel_map: PretravelMap) -> MapIdentity:
     """The identity of a map.
 
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    MapIdentity
-
     >>> from dataclasses import replace
     >>> from pretravel.base.directions import sphere_pattern_25
     >>> from pretravel.maps.kinds.mean import MeanBasis
@@ -92,10 +84,6 @@ def map_identity(pretravel_map: PretravelMap) -> MapIdentity:
 def unknown_size(pretravel_map: PretravelMap) -> str:
     """A sentence about a map whose mean is hardly known, from a reference of unknown size; empty
     for others.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
     """
     u = pretravel_map.u_tip_radius
     if u <= _KNOWN_SIZE:

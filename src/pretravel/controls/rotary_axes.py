@@ -125,10 +125,6 @@ def rotary_axis(
     common : sequence of Covariance
         Of all points along their normals, by cause, beyond their noise: the map of a probe. [mm²]
 
-    Returns
-    -------
-    RotaryAxis
-
     Raises
     ------
     PretravelError

@@ -126,10 +126,6 @@ def read_demonstration(data: Path) -> DemonstrationTouches:
     data : Path
         Folder with the files of `DATA_FILES`.
 
-    Returns
-    -------
-    DemonstrationTouches
-
     Raises
     ------
     InputError
@@ -171,10 +167,6 @@ def compare_kinds_of_map(touches: DemonstrationTouches, best: Qualification) -> 
     touches : DemonstrationTouches
     best : Qualification
         Of kind `BEST`, on the sphere.
-
-    Returns
-    -------
-    KindsCompared
     """
     ring = touches.ring
     return KindsCompared(

@@ -148,17 +148,7 @@ def _limits() -> str:
 
 
 def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
-    """What the demonstration found, in some lines for the terminal.
-
-    Parameters
-    ----------
-    job : MainJob
-    kinds : KindsCompared
-
-    Returns
-    -------
-    Document
-    """
+    """What the demonstration found, in some lines for the terminal."""
     left = {(row.method, row.where): row.largest / MICROMETRE for row in job.comparison.rows}
     ring = {entry.kind: entry.left_out / MICROMETRE for entry in kinds.ring_errors}
     u_part = float(job.points.standard_uncertainty.max()) / MICROMETRE
@@ -220,10 +210,6 @@ def demonstration_document(
     job : MainJob
     kinds : KindsCompared
     pictures : iterable of Picture
-
-    Returns
-    -------
-    Document
     """
     noise = value_text(job.qualification.repeatability / MICROMETRE)
     return Document(
@@ -304,10 +290,6 @@ def ring_kinds_view(
     kinds : mapping of str to (n,) float
         Map values. [mm]
     title : str
-
-    Returns
-    -------
-    View
     """
     order = np.argsort(azimuth)
     closed = np.append(order, order[0])

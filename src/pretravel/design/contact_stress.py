@@ -64,10 +64,6 @@ def contact_stress(
         Relative principal radii of curvature, the larger one first. [mm]
     bodies : two Materials
 
-    Returns
-    -------
-    ContactStress
-
     Raises
     ------
     PretravelError

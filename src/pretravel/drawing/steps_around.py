@@ -26,10 +26,6 @@ by one of 2 to 12 lobes is least. Of 13 or fewer equal steps some lobes look lik
 def steps_around(count: int) -> FloatArray:
     """Azimuths of touches around an axis.
 
-    Parameters
-    ----------
-    count : int
-
     Returns
     -------
     (count,) float

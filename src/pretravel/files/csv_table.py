@@ -164,10 +164,6 @@ def read_csv_table(source: Source) -> CsvTable:
     ----------
     source : str, Path or SourceFile
 
-    Returns
-    -------
-    CsvTable
-
     Raises
     ------
     InputError

@@ -39,10 +39,6 @@ def source_of_frame(frame: Any) -> SourceFile:
     ----------
     frame : DataFrame of pandas, polars, modin, cuDF; Table of pyarrow
 
-    Returns
-    -------
-    SourceFile
-
     Raises
     ------
     PretravelError

@@ -64,10 +64,6 @@ def dated_file(path: Path) -> DatedFile:
         Its name may contain a date: 2026-03-14, 20260314, 2026_03_14 or 14-03-2026 (14.03.2026),
         and after it a time: 0630, 06-30, T06:30:00.
 
-    Returns
-    -------
-    DatedFile
-
     Raises
     ------
     InputError
@@ -103,12 +99,7 @@ def dated_file(path: Path) -> DatedFile:
 
 
 def times_of_file(source: Path | str | SourceFile) -> RowTimes:
-    """When the rows of a file were touched; nothing of a file that is not a table of text.
-
-    Parameters
-    ----------
-    source : Path or str or SourceFile
-    """
+    """When the rows of a file were touched; nothing of a file that is not a table of text."""
     file = opened(source)
     try:
         return row_times(read_text_table(file)) if format_of(file) is CSV else RowTimes()
@@ -118,10 +109,6 @@ def times_of_file(source: Path | str | SourceFile) -> RowTimes:
 
 def time_of_touches(paths: Sequence[Path]) -> tuple[datetime | None, str]:
     """When the last of the touches of files were made, by their rows, else by their names.
-
-    Parameters
-    ----------
-    paths : sequence of Path
 
     Returns
     -------
@@ -165,13 +152,7 @@ def _by_name(name: str) -> datetime | None:
 
 
 def before_those_of_map(touches: Touches, pretravel_map: PretravelMap) -> tuple[str, ...]:
-    """A sentence where touches were made before those of the map that they verify.
-
-    Parameters
-    ----------
-    touches : Touches
-    pretravel_map : PretravelMap
-    """
+    """A sentence where touches were made before those of the map that they verify."""
     made = pretravel_map.provenance
     known = moment_of_touches(made.reading, made.touches_file)
     own = moment_of_touches(touches.reading, touches.source or "")

@@ -78,10 +78,6 @@ def format_of(source: Source) -> FileFormat:
     ----------
     source : str, Path or SourceFile
 
-    Returns
-    -------
-    FileFormat
-
     Raises
     ------
     InputError

@@ -27,10 +27,6 @@ def drift_of_history(entries: Sequence[Entry]) -> ProbeDrift:
     entries : sequence of Entry
         Those that found a change are left out: a changed probe is qualified again.
 
-    Returns
-    -------
-    ProbeDrift
-
     >>> entry = Entry(1, {"changed": 0, "size_um": 0.4, "u_size_um": 0.1,
     ...                   "turn_deg": None, "u_turn_deg": None})
     >>> drift_of_history([entry]).source

@@ -17,14 +17,6 @@ from pretravel.files.report_tables import REPORT_TABLES
 def laboratory_template(statements: LaboratoryStatements = LaboratoryStatements()) -> str:
     r"""A TOML text to fill in; with statements it is filled in.
 
-    Parameters
-    ----------
-    statements : LaboratoryStatements
-
-    Returns
-    -------
-    str
-
     >>> print("\n".join(laboratory_template().splitlines()[5:8]))
     [laboratory]                # every report and the certificate
     name = ""                   # Name and address of the laboratory
@@ -60,14 +52,6 @@ def _where(table: str) -> str:
 
 def read_laboratory(path: str | Path) -> LaboratoryStatements:
     """Read a template that was filled in.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    LaboratoryStatements
 
     Raises
     ------

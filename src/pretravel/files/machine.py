@@ -243,10 +243,6 @@ def work_placement(x: float, y: float, z: float, rotation: float = 0.0) -> Place
     rotation : float
         Turn about z, counter-clockwise (G10 L2 R). [rad]
 
-    Returns
-    -------
-    Placement
-
     >>> turned = work_placement(1.0, 2.0, 3.0, np.pi / 2)
     >>> turned.points(np.array([[1.0, 0.0, 0.0]])).round(9).tolist()
     [[1.0, 3.0, 3.0]]

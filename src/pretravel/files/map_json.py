@@ -66,11 +66,6 @@ _DAMAGED = (
 def write_json_map(path: str | Path, pretravel_map: PretravelMap) -> None:
     """Write a map whole; see docs/formats.md.
 
-    Parameters
-    ----------
-    path : str or Path
-    pretravel_map : PretravelMap
-
     Raises
     ------
     PretravelError
@@ -83,10 +78,6 @@ def write_json_map(path: str | Path, pretravel_map: PretravelMap) -> None:
 
 def json_of_map(pretravel_map: PretravelMap) -> bytes:
     r"""The content of the file of a map.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
 
     Returns
     -------
@@ -133,14 +124,6 @@ def json_of_map(pretravel_map: PretravelMap) -> bytes:
 
 def map_from_json(file: SourceFile) -> PretravelMap:
     """The map that `write_json_map` wrote.
-
-    Parameters
-    ----------
-    file : SourceFile
-
-    Returns
-    -------
-    PretravelMap
 
     Raises
     ------

@@ -118,10 +118,6 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
     tip_diameter : float or None
         Where the table does not state it. [mm]
 
-    Returns
-    -------
-    PretravelMap
-
     Raises
     ------
     InputError

@@ -78,14 +78,6 @@ def dataset_content(dataset: xr.Dataset) -> bytes:
 def read_dataset(file: SourceFile) -> StoredDataset:
     """Read a dataset as it is stored: values without scale factors, dates or marks of gaps.
 
-    Parameters
-    ----------
-    file : SourceFile
-
-    Returns
-    -------
-    StoredDataset
-
     Raises
     ------
     InputError

@@ -72,10 +72,6 @@ def number_table(
     decimals : int
         Of the normals in the head.
 
-    Returns
-    -------
-    NumberTable
-
     Raises
     ------
     InputError
@@ -142,11 +138,6 @@ def csv_options(head: TouchColumns, block: int | None = None) -> dict[str, Any]:
 
 def columns_of_numbers(file: SourceFile, options: ReadingOptions) -> TouchColumns | None:
     """The columns of a table whose rows are numbers alone, all of them read.
-
-    Parameters
-    ----------
-    file : SourceFile
-    options : ReadingOptions
 
     Returns
     -------

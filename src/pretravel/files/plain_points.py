@@ -31,11 +31,6 @@ _TIPS_NAMED = 5
 def plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str, ...], bool]:
     """Read the points of a table with coordinates alone.
 
-    Parameters
-    ----------
-    file : SourceFile
-    options : ReadingOptions
-
     Returns
     -------
     Points

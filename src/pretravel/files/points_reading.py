@@ -221,10 +221,6 @@ def points_of_table(file: SourceFile, table: CsvTable) -> Points:
         For messages.
     table : CsvTable
 
-    Returns
-    -------
-    Points
-
     Raises
     ------
     InputError

@@ -273,15 +273,8 @@ def replaced_since(path: str | Path, pretravel_map: PretravelMap) -> tuple[str, 
 def read_history(path: str | Path) -> list[Entry]:
     """All verifications of a probe, oldest first.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    list of Entry
-        Where a second entry has the touches of an earlier one, for another decision, only the
-        second: the touches of a day count once.
+    Where a second entry has the touches of an earlier one, for another decision, only the second
+    is returned: the touches of a day count once.
 
     Raises
     ------

@@ -123,10 +123,6 @@ def touches_meant(
     ring : bool
         The reference is a ring.
 
-    Returns
-    -------
-    Touches
-
     Raises
     ------
     InputError
@@ -200,15 +196,6 @@ def chosen(
     found: FileReadings | FilePositions, options: ReadingOptions
 ) -> FileReadings | FilePositions:
     """The readings of the tip and the series that are chosen.
-
-    Parameters
-    ----------
-    found : FileReadings or FilePositions
-    options : ReadingOptions
-
-    Returns
-    -------
-    FileReadings or FilePositions
 
     Raises
     ------
@@ -288,10 +275,6 @@ def without_touches(file: SourceFile, known: FileFormat) -> InputError:
     file : SourceFile
     known : FileFormat
         One that has no `parse`.
-
-    Returns
-    -------
-    InputError
 
     >>> from pretravel.files.format_registry import FORMATS
     >>> print(without_touches(SourceFile("a.nc", b""), FORMATS["netcdf"]))

@@ -90,15 +90,6 @@ class ColumnRoles:
 def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
     """Return the column of each role: as stated, by its name, or by its place.
 
-    Parameters
-    ----------
-    text : TextTable
-    options : ReadingOptions
-
-    Returns
-    -------
-    ColumnRoles
-
     Raises
     ------
     InputError

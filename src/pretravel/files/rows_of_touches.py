@@ -98,12 +98,7 @@ def _moves_among(cells: Sequence[str]) -> set[str]:
 
 
 def with_travel(text: TextTable) -> TextTable:
-    """The table with the directions of travel as vectors, where a column gives them as -Z or X+.
-
-    Parameters
-    ----------
-    text : TextTable
-    """
+    """The table with the directions of travel as vectors, where a column gives them as -Z or X+."""
     names = text.names or ()
     if {"ax", "ay", "az"} & {*names}:
         return text

@@ -41,10 +41,6 @@ def files_of(places: Sequence[Path | str]) -> list[Path]:
     ----------
     places : sequence of Path or str
 
-    Returns
-    -------
-    list of Path
-
     Raises
     ------
     InputError

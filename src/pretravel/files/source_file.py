@@ -222,10 +222,6 @@ def opened(source: Source) -> SourceFile:
     ----------
     source : str, Path or SourceFile
 
-    Returns
-    -------
-    SourceFile
-
     Raises
     ------
     InputError

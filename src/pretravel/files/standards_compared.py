@@ -12,15 +12,6 @@ if TYPE_CHECKING:  # a report without statements does not need their tables
 def comparison_sentence(standard: str, statements: LaboratoryStatements | None) -> str:
     """Whether the definitions of a standard were compared with its text, for every reader.
 
-    Parameters
-    ----------
-    standard : str
-    statements : LaboratoryStatements or None
-
-    Returns
-    -------
-    str
-
     >>> print(comparison_sentence("ISO 10360-5", None))
     The rules of ISO 10360-5 were programmed without the text of the standard and were not \
 checked against it.

@@ -17,13 +17,7 @@ _VERSION = 1
 
 
 def write_star(path: str | Path, star: StarStylus) -> None:
-    """Write several tips: .json.
-
-    Parameters
-    ----------
-    path : str or Path
-    star : StarStylus
-    """
+    """Write several tips: .json."""
     tips = [
         {
             "name": tip.name,
@@ -53,14 +47,6 @@ def is_star_file(path: str | Path) -> bool:
 
 def read_star(path: str | Path) -> StarStylus:
     """Read several tips.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    StarStylus
 
     Raises
     ------

@@ -348,11 +348,7 @@ def _refuse_changing_notes(text: TextTable, column: int) -> None:
 def unit_of_rows(text: TextTable, used: Collection[int]) -> str | None:
     """Unit of length that a column states for the first row; None where there is no such column.
 
-    Parameters
-    ----------
-    text : TextTable
-    used : collection of int
-        Columns that have another meaning.
+    Columns that are `used` have another meaning.
     """
     found = [unit_of(text.column(i)[0]) for i, name in _other_columns(text, used) if name in _UNIT]
     return next((unit for unit in found if unit in LENGTH_UNITS), None)

@@ -49,11 +49,6 @@ _LARGEST_TURN = 0.5 * DEGREE
 def stated_normals(file: SourceFile, columns: TouchColumns) -> tuple[FloatArray, tuple[str, ...]]:
     """Return the normals of a table, scaled to unit length where rounding explains the rest.
 
-    Parameters
-    ----------
-    file : SourceFile
-    columns : TouchColumns
-
     Returns
     -------
     (n, 3) float
@@ -233,10 +228,6 @@ def with_surface_normals(found: FilePositions, normals_from: NormalsFrom) -> Fil
         Positions that are not contacts are left out, and named as missed.
     normals_from : callable
         As of `ReadingOptions`.
-
-    Returns
-    -------
-    FileReadings
 
     >>> points = FilePositions("a.xyz", np.array([[0.0, 0.0, 3.0]]), (1,))
     >>> with_surface_normals(points, lambda at, labels: at / 3.0).touches.normals.tolist()

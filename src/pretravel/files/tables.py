@@ -23,10 +23,6 @@ def read_table(source: Source) -> CsvTable:
     ----------
     source : str, Path or SourceFile
 
-    Returns
-    -------
-    CsvTable
-
     Raises
     ------
     InputError
@@ -70,10 +66,6 @@ def read_parquet_table(source: Source) -> CsvTable:
     Parameters
     ----------
     source : str, Path or SourceFile
-
-    Returns
-    -------
-    CsvTable
 
     Raises
     ------

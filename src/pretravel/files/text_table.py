@@ -123,10 +123,6 @@ def read_text_table(
     fewest : int
         Numbers that a row has or more: three coordinates.
 
-    Returns
-    -------
-    TextTable
-
     Raises
     ------
     InputError

@@ -223,13 +223,7 @@ def _of_seconds(cell: str) -> datetime | None:
 
 
 def times_said(text: TextTable, roles: ColumnRoles) -> tuple[str, ...]:
-    """Sentences where times say that rows are not in their order, or are of several days.
-
-    Parameters
-    ----------
-    text : TextTable
-    roles : ColumnRoles
-    """
+    """Sentences where times say that rows are not in their order, or are of several days."""
     found = row_times(text, roles.used)
     said = list(_out_of_order(text, roles))
     if found.unclear:

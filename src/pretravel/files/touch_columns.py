@@ -116,10 +116,6 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     options : ReadingOptions, optional
         What the user states: columns, unit, decimal sign, rows to leave out.
 
-    Returns
-    -------
-    TouchColumns
-
     Raises
     ------
     InputError

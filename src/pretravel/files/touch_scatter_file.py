@@ -21,10 +21,6 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
     path : str or Path
         What `separate` writes: .csv, or .json with all values.
 
-    Returns
-    -------
-    TouchScatter
-
     Raises
     ------
     InputError

@@ -86,11 +86,6 @@ def read_table_of_touches(
 ) -> FileReadings | FilePositions:
     """Read a table of touches, or of positions where it has no normals.
 
-    Parameters
-    ----------
-    file : SourceFile
-    options : ReadingOptions
-
     Raises
     ------
     InputError

@@ -91,10 +91,6 @@ def calibration_certificate(
         The rig or the laboratory to which the budget belongs.
     temperature : float
         Of the ruler. [°C]
-
-    Returns
-    -------
-    CalibrationCertificate
     """
     own = calibration_budget(calibration, components)
     feeds = [touch.feed for touch in calibration.touches if math.isfinite(touch.feed)]

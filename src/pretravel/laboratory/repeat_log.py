@@ -112,10 +112,6 @@ def read_repeats(
     file_format : str, optional
         Detected when not given.
 
-    Returns
-    -------
-    RepeatLog
-
     Raises
     ------
     InputError

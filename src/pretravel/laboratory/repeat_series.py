@@ -135,10 +135,6 @@ def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
     step : float
         Of the positions, where it is known; else it is looked for. [mm]
 
-    Returns
-    -------
-    RepeatSeries
-
     Raises
     ------
     PretravelError
@@ -330,10 +326,6 @@ def autocorrelation(left: npt.ArrayLike) -> FloatArray:
 
 def touches_before_drift(series: RepeatSeries) -> int:
     """Touches whose drift is as large as the noise of one: more of them no longer help a mean.
-
-    Parameters
-    ----------
-    series : RepeatSeries
 
     Returns
     -------

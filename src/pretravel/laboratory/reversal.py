@@ -97,10 +97,6 @@ def reversed_touches(touches: Touches) -> ReversedPairs:
         With `Touches.spindle`; the spindle's axis is the z axis. Targets may be touched in any
         order, each as often at both orientations.
 
-    Returns
-    -------
-    ReversedPairs
-
     Raises
     ------
     PretravelError

@@ -146,10 +146,6 @@ def fit_harmonics(
     near : Amplitudes, optional
         Of an earlier fit to similar touches, at which the search begins.
 
-    Returns
-    -------
-    HarmonicFit
-
     >>> from pretravel.base.directions import sphere_pattern_25
     >>> from pretravel.maps.spherical_harmonics import (
     ...     degrees_and_orders, real_spherical_harmonics, sphere_terms

@@ -375,10 +375,6 @@ def hidden_variance(observation: Observation) -> float:
     That is what the least-squares sphere leaves of it over all directions between the touched ones,
     less what it leaves at these: four touches 90° apart take three lobes for a shift of the centre.
 
-    Parameters
-    ----------
-    observation : Observation
-
     >>> from pretravel.base.directions import five_point_pattern, fibonacci_cap
     >>> def seen(n):
     ...     across = n[:, 0] ** 2 + n[:, 1] ** 2
@@ -418,10 +414,6 @@ def hidden_lobes(observation: Observation) -> HiddenLobes | None:
     """The lobes that touches hide, however many there are; None where they show them.
 
     Four azimuths 90° apart show cos 3φ as cos φ.
-
-    Parameters
-    ----------
-    observation : Observation
     """
     shapes, taken, shown = _seen_shapes(observation)
     if np.all(np.sum(shown**2, axis=0)[1:] > _SHOWN * np.sum(shapes**2, axis=0)[1:]):

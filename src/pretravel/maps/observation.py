@@ -350,10 +350,6 @@ def same_tip(diameter: float, other: float) -> bool:
     diameter, other : float
         [mm]
 
-    Returns
-    -------
-    bool
-
     >>> same_tip(6.0, 5.85), same_tip(0.3, 0.5)
     (True, False)
     """

@@ -459,10 +459,6 @@ def as_map(given: MapLike) -> PretravelMap:
     ----------
     given : PretravelMap, Qualification, str or Path
 
-    Returns
-    -------
-    PretravelMap
-
     Raises
     ------
     PretravelError

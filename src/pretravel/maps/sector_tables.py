@@ -77,10 +77,6 @@ def touched_sectors(pretravel_map: PretravelMap) -> SectorTable:
     ----------
     pretravel_map : PretravelMap
         Represents the probe.
-
-    Returns
-    -------
-    SectorTable
     """
     angles = [[0.0, 180.0], [90.0, 270.0], *([float(name)] for name in SECTOR_NAMES[2:])]
     values = [float(np.mean(equator(pretravel_map, np.array(own)))) for own in angles]
@@ -95,10 +91,6 @@ def resampled_sectors(pretravel_map: PretravelMap, criterion: str = "max") -> Se
     pretravel_map : PretravelMap
     criterion : str
         ``max``: the largest residual is as small as possible; ``rms``: the mean square is.
-
-    Returns
-    -------
-    SectorTable
 
     Raises
     ------

@@ -87,12 +87,7 @@ def _refuse_two_heads(touches: Touches) -> None:
 
 
 def axis_note(pretravel_map: PretravelMap) -> str:
-    """A sentence where the head was tilted, as a name gives it, and the probe axis is along z.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-    """
+    """A sentence where the head was tilted, as a name gives it, and the probe axis is along z."""
     made = pretravel_map.provenance
     found = _HEAD.search(made.orientation or made.tip)
     tilt = abs((float(found[1]) + 180.0) % 360.0 - 180.0) if found else 0.0
@@ -282,10 +277,6 @@ def turned_to(pretravel_map: PretravelMap, spindle_deg: float) -> PretravelMap:
         States the orientation at which it was qualified.
     spindle_deg : float
         [°]
-
-    Returns
-    -------
-    PretravelMap
 
     Raises
     ------

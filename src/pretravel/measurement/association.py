@@ -475,10 +475,6 @@ def associate(
         The point of an axis, a plane or a line nearest to this one is evaluated, and a cone's
         diameter there; the default is the point nearest to the centroid of the points. [mm]
 
-    Returns
-    -------
-    Association
-
     Raises
     ------
     PretravelError

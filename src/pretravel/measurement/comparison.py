@@ -87,12 +87,7 @@ class Comparison:
         return float(np.sqrt(np.mean(self.u["all"] ** 2)))
 
     def largest_u(self, where: str) -> float:
-        """Largest standard uncertainty of the map in a place; all directions contain the equator.
-
-        Parameters
-        ----------
-        where : str
-        """
+        """Largest standard uncertainty of the map in a place; all contain the equator."""
         both = ("all", "equator") if where == "all" else (where,)
         return float(max(self.u[each].max() for each in both))
 

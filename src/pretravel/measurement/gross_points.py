@@ -116,10 +116,6 @@ def gross_points(
 def gross_points_sentence(points: tuple[GrossPoint, ...]) -> str:
     """What to know of them, as a warning; empty where there are none.
 
-    Parameters
-    ----------
-    points : tuple of GrossPoint
-
     >>> print(gross_points_sentence((GrossPoint("touch 3", 0.146, 0.0012),)))
     touch 3 lies +146.0 µm off the nominal, its neighbours about +1.2 µm: a wrong digit, dirt or \
 a false trigger? It is among the points: touch there again, or leave it out

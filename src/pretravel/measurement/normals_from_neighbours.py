@@ -56,10 +56,6 @@ def neighbour_normals(tip_centres: FloatArray) -> NeighbourNormals:
     tip_centres : (n, 3) float
         [mm]
 
-    Returns
-    -------
-    NeighbourNormals
-
     Raises
     ------
     PretravelError

@@ -391,10 +391,6 @@ def errors_of_points(
         Standard uncertainty of the difference between the coefficients of friction of part and
         reference.
 
-    Returns
-    -------
-    PointErrors
-
     Raises
     ------
     PretravelError

@@ -178,10 +178,6 @@ def joined_points(parts: Sequence[Points]) -> Points:
     parts : sequence of Points
         All state the same; shared errors are kept where all have the same causes.
 
-    Returns
-    -------
-    Points
-
     >>> up = np.array([[0.0, 0.0, 1.0]])
     >>> one = Points(up, up, np.zeros(1), np.zeros((1, 3, 3)), None, ("a",))
     >>> joined_points([one, one]).labels

@@ -118,12 +118,7 @@ class PointsSummary:
 
     @staticmethod
     def of(points: Points) -> PointsSummary:
-        """Of points.
-
-        Parameters
-        ----------
-        points : Points
-        """
+        """Of points."""
         before = None
         if points.uncompensated is not None:
             moved = np.sum((points.uncompensated - points.positions) * points.normals, axis=1)
@@ -219,13 +214,7 @@ class TouchSummary:
 
     @staticmethod
     def of_conditions(touches: Touches, pretravel_map: PretravelMap) -> TouchSummary:
-        """Of what touches state of themselves alone: feed, spindle, tip; see `conditions`.
-
-        Parameters
-        ----------
-        touches : Touches
-        pretravel_map : PretravelMap
-        """
+        """Of what touches state of themselves alone: feed, spindle, tip; see `conditions`."""
         feeds = touches.feeds
         return TouchSummary(
             len(touches),
@@ -301,14 +290,6 @@ class TouchSummary:
     def warnings(self, pretravel_map: PretravelMap) -> list[str]:
         """What to know before the points are used, as sentences.
 
-        Parameters
-        ----------
-        pretravel_map : PretravelMap
-
-        Returns
-        -------
-        list of str
-
         >>> from pretravel.maps.kinds.mean import MeanBasis
         >>> from pretravel.maps.support import DirectionSupport
         >>> from pretravel.uncertainty import Covariance
@@ -362,12 +343,7 @@ class TouchSummary:
         return [*warnings, *self.scatter.sentences(), *(said for said in stated if said)]
 
     def conditions(self, pretravel_map: PretravelMap) -> list[str]:
-        """What touches and map state of feed and tip where it differs, as sentences.
-
-        Parameters
-        ----------
-        pretravel_map : PretravelMap
-        """
+        """What touches and map state of feed and tip where it differs, as sentences."""
         warnings = []
         made_at = pretravel_map.feed if pretravel_map.delay is None else None
         if made_at is not None and self.feeds is not None:
@@ -392,10 +368,6 @@ class TouchSummary:
     def notes(self, pretravel_map: PretravelMap) -> list[str]:
         """Sentences for the report if feed, orientation, friction or scatter are not known.
 
-        Parameters
-        ----------
-        pretravel_map : PretravelMap
-
         Returns
         -------
         list of str
@@ -411,10 +383,6 @@ class TouchSummary:
 
     def feed_note(self, pretravel_map: PretravelMap) -> str:
         """What holds where nobody states a feed: for the report, as nearly everybody reads it.
-
-        Parameters
-        ----------
-        pretravel_map : PretravelMap
 
         Returns
         -------
@@ -512,15 +480,7 @@ class CompensatedRows:
     def of(
         points: Points, touches: TouchSummary, errors: PointErrors, done: int, apart: int
     ) -> CompensatedRows:
-        """Of the rows that come after ``done`` others; one point of ``apart`` is drawn.
-
-        Parameters
-        ----------
-        points : Points
-        touches : TouchSummary
-        errors : PointErrors
-        done, apart : int
-        """
+        """Of the rows that come after ``done`` others; one point of ``apart`` is drawn."""
         some = np.arange(-done % apart, len(points), apart)
         return CompensatedRows(
             PointsSummary.of(points),

@@ -57,12 +57,7 @@ class StarTip:
 
 @dataclass(frozen=True, eq=False)
 class StarStylus:
-    """Tips that were qualified on one sphere; the first one is that which the others refer to.
-
-    Attributes
-    ----------
-    tips : tuple of StarTip
-    """
+    """Tips that were qualified on one sphere; the first one is that which the others refer to."""
 
     tips: tuple[StarTip, ...]
 
@@ -96,29 +91,26 @@ class StarStylus:
         """Tip centre less that of the first tip, where the machine stands still, (3,). [mm]"""
         return np.asarray(self.tips[0].center - self.tip(name).center)
 
-    def offset_covariance(
-        self, name: str, other: str = "", *, of_points: bool = False
-    ) -> FloatArray:
-        """Of an offset, or of two, (3, 3): the centre of the first tip is in all. [mm²]
+    def offset_covariance(self, name: str, *, of_points: bool = False) -> FloatArray:
+        """Of an offset, (3, 3): the centre of the first tip is in all. [mm²]
 
         Along the axis of a tip a sphere shows the sum of the offset and the pretravel there: the
         offset as a place contains the uncertainty of this separation, points do not.
 
         Parameters
         ----------
-        name, other : str
+        name : str
         of_points : bool
             What the offset adds to points that are compensated with the maps of the tips.
         """
         first = self.tips[0]
-        if first.name in (name, other):
+        if first.name == name:
             return np.zeros((3, 3))
 
         def of(tip: StarTip) -> FloatArray:
             return tip.covariance if of_points else tip.alone
 
-        own = of(self.tip(name)) if other in ("", name) else np.zeros((3, 3))
-        return np.asarray(of(first) + own)
+        return np.asarray(of(first) + of(self.tip(name)))
 
 
 def star_stylus(qualifications: Mapping[str, Qualification]) -> StarStylus:
@@ -168,10 +160,6 @@ def by_noise(made: Qualification) -> FloatArray:
 
     The touches are fitted again with drawn noise (seeded). A kind of map that cannot be fitted
     again near its fit has the whole covariance of its own centre, which is larger.
-
-    Parameters
-    ----------
-    made : Qualification
     """
     seen, noise = made.fit.observation, made.repeatability
     generator = np.random.default_rng(0)

@@ -198,10 +198,6 @@ def parse_probe(text: str, place: str = "description", folder: Path = Path()) ->
     folder : Path
         The folder to which the path of a STEP file is relative.
 
-    Returns
-    -------
-    Probe
-
     Raises
     ------
     InputError
@@ -329,10 +325,6 @@ def rewritten(text: str, changes: Mapping[str, tuple[float, str]]) -> str:
     changes : mapping of place to number and source
         Places are ``table.key``, ``table.key[i]`` for one number of a list, and
         ``stylus.key`` for the longest segment. Sources go into the table [sources].
-
-    Returns
-    -------
-    str
 
     >>> "preload_N = 6.5" in rewritten(description_text("omp40-2"), {"spring.preload_N": (6.5, "")})
     True

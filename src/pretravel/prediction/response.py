@@ -67,10 +67,6 @@ def probe_response(
     probe, model, workpiece, gravity
         As for `pretravel.prediction.trigger.predict`.
 
-    Returns
-    -------
-    ProbeResponse
-
     Raises
     ------
     ConvergenceError

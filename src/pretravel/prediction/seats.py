@@ -118,10 +118,6 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
         Unit direction of gravity, probe frame. When not given, weight is
         neglected, or contained in the preload.
 
-    Returns
-    -------
-    SeatStatics
-
     Raises
     ------
     DescriptionError

@@ -19,10 +19,6 @@ _SAID_FROM = 0.02
 def buckling_load(probe: Probe) -> float:
     """Axial force at which the stylus of a probe buckles, clamped at the hub and free at the tip.
 
-    Parameters
-    ----------
-    probe : Probe
-
     Returns
     -------
     float

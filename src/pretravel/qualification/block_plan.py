@@ -68,19 +68,13 @@ class BlockPlan:
         return tuple(f"{name}/{i + 1}" for i, name in enumerate(self.references))
 
 
-def plan_block(lengths: tuple[float, ...], *, repeats: int = 1) -> BlockPlan:
+def plan_block(lengths: tuple[float, ...]) -> BlockPlan:
     """Plan the touches on a block.
 
     Parameters
     ----------
     lengths : tuple of float
         One, of a cube, or those along x, y and z at a turn of zero. [mm]
-    repeats : int
-        Passes at each turn.
-
-    Returns
-    -------
-    BlockPlan
 
     Raises
     ------
@@ -103,12 +97,11 @@ def plan_block(lengths: tuple[float, ...], *, repeats: int = 1) -> BlockPlan:
     for turn in (*TURNS_DEG[:2], OBLIQUE_DEG, TURNS_DEG[2]):
         own = _oblique(size) if turn == OBLIQUE_DEG else _square(size)
         about = turned_about_axes(0.0, 0.0, turn * DEGREE)
-        for _ in range(repeats):
-            for point, normal, way, what, face in own:
-                outward = about @ normal
-                approach = -outward if way is None else _arriving(outward, way)
-                rows.append((about @ point, outward, approach, f"{what}@{turn:g}",
-                             turn * DEGREE, face))  # fmt: skip
+        for point, normal, way, what, face in own:
+            outward = about @ normal
+            approach = -outward if way is None else _arriving(outward, way)
+            rows.append((about @ point, outward, approach, f"{what}@{turn:g}",
+                         turn * DEGREE, face))  # fmt: skip
     return BlockPlan(
         points=frozen([row[0] for row in rows]),
         normals=frozen([row[1] for row in rows]),

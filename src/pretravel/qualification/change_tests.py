@@ -169,10 +169,6 @@ def touches_and_map(
     u_size : float
         Standard uncertainty of all differences together: of the radii of two references. [mm]
 
-    Returns
-    -------
-    TouchesAndMap
-
     Raises
     ------
     PretravelError
@@ -306,10 +302,6 @@ def changes_of(compared: TouchesAndMap, false_alarm_rate: float) -> ChangeTests:
     compared : TouchesAndMap
     false_alarm_rate : float
         Of all tests together.
-
-    Returns
-    -------
-    ChangeTests
     """
     rate = false_alarm_rate / TESTS
     root = np.asarray(np.linalg.cholesky(compared.covariance), dtype=np.float64)
@@ -392,10 +384,6 @@ def separable_columns(x: FloatArray, axes: int) -> list[int]:
     x : (g, axes + 3) float
         Columns as those of `TouchesAndMap.design`, in any weights.
     axes : int
-
-    Returns
-    -------
-    list of int
     """
     chosen = list(range(axes))
     scaled = x / np.maximum(np.linalg.norm(x, axis=0), 1e-300)

@@ -210,10 +210,6 @@ def drift_over_time(
     new_maps : collection of int
         Days from which the values are less a new map.
 
-    Returns
-    -------
-    DriftOverTime
-
     Raises
     ------
     PretravelError

@@ -193,10 +193,6 @@ def averaged(results: Sequence[Qualification], parts: Sequence[KindScore]) -> Qu
         The one with the largest weight first.
     parts : sequence of KindScore
         Of the same kinds, with their weights.
-
-    Returns
-    -------
-    Qualification
     """
     if len(parts) == 1:
         return results[0]

@@ -109,10 +109,6 @@ def machine_effects(
     sphere_form : float
         Deviation of the reference from its form, between highest and lowest point. [mm]
 
-    Returns
-    -------
-    MachineEffects
-
     >>> from pretravel.base.directions import sphere_pattern_25
     >>> n = np.repeat(sphere_pattern_25(), 2, axis=0)
     >>> positions = n * (15.49 + np.random.default_rng(1).normal(0.0, 1e-4, 50))[:, None]

@@ -41,10 +41,6 @@ def observe(touches: Touches, setup: QualificationSetup, rotation: FloatArray) -
     rotation : (3, 3) float
         Probe to machine frame.
 
-    Returns
-    -------
-    Observation
-
     Raises
     ------
     PretravelError

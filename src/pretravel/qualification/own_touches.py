@@ -111,11 +111,6 @@ def own_touches_warnings(
 def refuse_own_touches(touches: Touches, pretravel_map: PretravelMap) -> None:
     """Refuse to verify a map with the touches that made it: nothing would be tested.
 
-    Parameters
-    ----------
-    touches : Touches
-    pretravel_map : PretravelMap
-
     Raises
     ------
     StaleTouchesError

@@ -150,10 +150,6 @@ def update_map(
     drift : ProbeDrift
         What may have changed since the old map was made.
 
-    Returns
-    -------
-    MapUpdate
-
     Raises
     ------
     PretravelError

@@ -86,10 +86,6 @@ class ProbeDrift:
 def possible_drifts(drift: ProbeDrift) -> dict[str, tuple[float, ProbeDrift]]:
     """The drift that is assumed, and larger changes next to it, with their probabilities.
 
-    Parameters
-    ----------
-    drift : ProbeDrift
-
     Returns
     -------
     dict of str to (float, ProbeDrift)
@@ -128,10 +124,6 @@ def drift_of_changes(
         that found no change. [mm]
     turn, u_turn : (n,) float
         About the axis. Not a number where it was not determined. [rad]
-
-    Returns
-    -------
-    ProbeDrift
 
     Notes
     -----
@@ -245,10 +237,6 @@ def drifted_map(
     drift : ProbeDrift
     ring : bool
         The reference is a ring.
-
-    Returns
-    -------
-    DriftedMap
 
     Raises
     ------

@@ -163,10 +163,6 @@ def qualified(
     kind : str, KindOfMap or several KindOfMap
         Several: their average.
 
-    Returns
-    -------
-    Qualification
-
     Raises
     ------
     PretravelError
@@ -231,10 +227,6 @@ def with_machine(
     machine : MachineTerms or None
     outside : bool
         The reference was touched from outside: a sphere or a pin, not a ring.
-
-    Returns
-    -------
-    Qualification
     """
     if machine is None:
         return found
@@ -262,10 +254,6 @@ def prepare(
     confirm : KindOfMap, optional
         Kind of map that must contradict a direction too before it is left out; a harmonic map
         alone can take a kink of the probe for an error.
-
-    Returns
-    -------
-    PreparedTouches
 
     Raises
     ------

@@ -181,10 +181,6 @@ def fit_references(
         Not given: pretravel is less the tip's radius, up to one constant. [mm]
     priors : MachinePriors
 
-    Returns
-    -------
-    ReferenceFit
-
     Raises
     ------
     PretravelError
@@ -213,10 +209,6 @@ def contradicted_priors(free: ReferenceFit, deviations: FloatArray) -> list[str]
         Of the touches, where nothing is stated.
     deviations : (9,) float
         Stated standard uncertainties of `TERMS`.
-
-    Returns
-    -------
-    list of str
     """
     by_name = {term.name: term for term in free.terms if term.determined}
     against = [

@@ -72,10 +72,6 @@ def as_ring_touches(touches: Touches, diameter: float) -> Touches:
     diameter : float
         [mm]
 
-    Returns
-    -------
-    Touches
-
     Raises
     ------
     PretravelError

@@ -289,10 +289,6 @@ def course_of(series: TimeSeries) -> Course:
     series : TimeSeries
         At least `FEWEST_VALUES` values at different times.
 
-    Returns
-    -------
-    Course
-
     Raises
     ------
     PretravelError
@@ -401,10 +397,6 @@ def due_date(course: Course, limit: float, start: float = 0.0) -> DueDate:
         Positive; distance from the start to both sides, in the unit of the quantity.
     start : float
         Value that the distance is from.
-
-    Returns
-    -------
-    DueDate
 
     Raises
     ------

@@ -58,10 +58,6 @@ def sudden_change(
     groups : (n,) int
         Number of the direction of each touch.
 
-    Returns
-    -------
-    SuddenChange or None
-
     >>> n = np.tile([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]], (4, 1))
     >>> groups, noise = np.tile(np.arange(5), 4), 1e-5 * np.cos(np.arange(20) ** 2)
     >>> found = sudden_change(0.01 * (np.arange(20) >= 10) + noise, n, groups)

@@ -92,10 +92,6 @@ def day_terms(
     own : bool
         Whether the map was made from these touches: they tell nothing of a change of form.
 
-    Returns
-    -------
-    DayTerms
-
     Raises
     ------
     PretravelError

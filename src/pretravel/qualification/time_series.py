@@ -227,10 +227,6 @@ def column_fit(
         Functions of time; p may be zero.
     scatter, walk : float
         As in `SeriesNoise`.
-
-    Returns
-    -------
-    ColumnFit
     """
     whitened = Whitened.of(series, scatter, walk)
     both = np.concatenate([series.values[:, None], columns], axis=1)
@@ -309,10 +305,6 @@ def states_of(series: TimeSeries, noise: SeriesNoise, *, trend: bool) -> States:
     noise : SeriesNoise
     trend : bool
         Whether there is one; it is estimated with the level.
-
-    Returns
-    -------
-    States
 
     >>> line = TimeSeries(np.arange(4.0), 2.0 * np.arange(4.0), np.ones(4))
     >>> round(states_of(line, SeriesNoise(0.0, 0.0), trend=True).slope, 9)

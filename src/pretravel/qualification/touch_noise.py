@@ -95,10 +95,6 @@ def touch_noise(observation: Observation, assumed: Scatter, step: float) -> Touc
     step : float
         Of the positions; zero where they have none. [mm]
 
-    Returns
-    -------
-    TouchNoise
-
     References
     ----------
     G. K. Smyth, Statistical Applications in Genetics and Molecular Biology 3 (2004): shrinkage of
@@ -192,10 +188,6 @@ def fixed_part(deviation: float, step: float) -> float:
         Standard deviation among repeats, of rounded positions. [mm]
     step : float
         q. [mm]
-
-    Returns
-    -------
-    float
 
     >>> 1e6 * fixed_part(0.0, 0.001) * 12.0
     1.0

@@ -182,10 +182,6 @@ def between_predecessors(
     order : (n,) float
         Times or numbers of the touches.
 
-    Returns
-    -------
-    BetweenPredecessors
-
     Notes
     -----
     Analysis of variance: touches within predecessors within directions. The estimate of the

@@ -88,10 +88,6 @@ def plan_touches(
     drift : ProbeDrift
         What may have changed since the old map was made.
 
-    Returns
-    -------
-    TouchPlan
-
     Raises
     ------
     PretravelError

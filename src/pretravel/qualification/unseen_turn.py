@@ -52,17 +52,7 @@ class UnseenTurn:
 
 
 def unseen_in(observation: Observation, pretravel_map: PretravelMap) -> UnseenTurn | None:
-    """The same of touches that are not compared with the map, which can be of few directions.
-
-    Parameters
-    ----------
-    observation : Observation
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    UnseenTurn or None
-    """
+    """The same of touches that are not compared with the map, which can be of few directions."""
     if observation.direction_count < observation.axes + 2:  # a shift fits whatever they show
         return _largest(
             pretravel_map, observation.axes, pretravel_map.repeatability, USUAL_RATE / TESTS

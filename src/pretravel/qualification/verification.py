@@ -232,10 +232,6 @@ def touches_beside_map(
         Of the reference. [mm]
     ring : bool
 
-    Returns
-    -------
-    TouchesBesideMap
-
     Raises
     ------
     PretravelError
@@ -459,10 +455,6 @@ def gross_touch(touches: Touches, compared: TouchesAndMap, rows: IntArray) -> Ou
         Those of them that are compared with the map.
     rows : (n,) int
         Their rows in `touches`.
-
-    Returns
-    -------
-    Outlier or None
     """
     observation, step = compared.observation, compared.step
     values, groups = observation.values, observation.groups

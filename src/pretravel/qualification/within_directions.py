@@ -282,10 +282,6 @@ def tail_kurtosis(values: npt.ArrayLike, groups: npt.ArrayLike) -> Tails:
     groups : (n,) int
         Number of the direction of each touch.
 
-    Returns
-    -------
-    Tails
-
     Notes
     -----
     Differences from the mean of a group of m have the fourth moment 3 σ⁴ (1 - 1/m)² plus the

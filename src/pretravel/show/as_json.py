@@ -57,10 +57,6 @@ def document_from_values(values: Mapping[str, Any]) -> Document:
     ----------
     values : mapping
 
-    Returns
-    -------
-    Document
-
     Raises
     ------
     PretravelError

@@ -29,10 +29,6 @@ def budget_view(budget: Budget, title: str = "") -> View:
         Of a length in mm.
     title : str
 
-    Returns
-    -------
-    View
-
     >>> from pretravel.uncertainty.gum import Component
     >>> budget = Budget((Component("scale", "B", 3e-4), Component("repeats", "A", 4e-4, dof=9)))
     >>> chart = budget_view(budget).charts[0]
@@ -74,10 +70,6 @@ def budget_picture(budget: Budget, what: str) -> Picture:
     budget : Budget
     what : str
         Whose uncertainty it is, such as "the diameter".
-
-    Returns
-    -------
-    Picture
 
     >>> budget_picture(Budget(()), "the diameter").caption
     'Uncertainty of the diameter: contributions of its sources'

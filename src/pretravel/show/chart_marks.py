@@ -203,14 +203,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Note:
-    """Words at a place.
-
-    Attributes
-    ----------
-    x, y : float
-    text : str
-    colour : Colour
-    """
+    """Words at a place."""
 
     x: float
     y: float

@@ -66,10 +66,6 @@ FIT_SCRIPT = Path(__file__).parent / "templates" / "fit.js"
 def plotly_figure(chart: Chart) -> PlotlyFigure:
     """A chart as data and layout for Plotly.
 
-    Parameters
-    ----------
-    chart : Chart
-
     Returns
     -------
     dict

@@ -30,6 +30,9 @@ _RING = 10.0
 """Directions whose polar angles differ by less lie on a ring; it has no view from above. [deg]"""
 _NEAR = 12.0
 """Distance from the outermost directions to which a scattered quantity is drawn. [deg]"""
+_STEP = 3.0
+"""Of a grid between scattered directions. [deg]"""
+_MOST_LEVELS = 4
 _BESIDE = 2.2
 """Distance between repeats of a direction that are drawn side by side. [deg]"""
 
@@ -134,12 +137,7 @@ def labels_of(
 
 
 def top_view_grid(pretravel_map: PretravelMap) -> dict[str, FloatArray]:
-    """A map on the grid of a top view; see `map_grid`.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-    """
+    """A map on the grid of a top view; see `map_grid`."""
     return map_grid(pretravel_map, polar_step=2.0, azimuth_step=3.0)
 
 
@@ -165,9 +163,7 @@ def map_top_view(
                    scale, "probe", *nodes)  # fmt: skip
 
 
-def scattered_top_view(
-    title: str, places: FloatArray, values: FloatArray, scale: Scale, step: float = 3.0
-) -> TopView:
+def scattered_top_view(title: str, places: FloatArray, values: FloatArray, scale: Scale) -> TopView:
     """Values at scattered directions, linear between them, as seen from the spindle.
 
     Next to the outermost directions the value is that of the nearest one, up to 12° away.
@@ -180,8 +176,6 @@ def scattered_top_view(
     values : (m,) float
         In the unit of the scale.
     scale : Scale
-    step : float
-        Of the grid that is drawn. [deg]
     """
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import cKDTree
@@ -189,8 +183,8 @@ def scattered_top_view(
     polar, azimuth = angles_deg(places)
     around = np.radians(azimuth)
     plane = np.column_stack([polar * np.cos(around), polar * np.sin(around)])
-    rings = np.append(np.arange(0.0, polar.max(), step), polar.max())
-    turns = np.arange(0.0, 360.0, step)
+    rings = np.append(np.arange(0.0, polar.max(), _STEP), polar.max())
+    turns = np.arange(0.0, 360.0, _STEP)
     r, a = np.meshgrid(rings * (1.0 - 1e-9), np.radians(turns), indexing="ij")
     at = np.stack([r * np.cos(a), r * np.sin(a)], axis=-1)
     found = LinearNDInterpolator(plane, values)(at)
@@ -320,13 +314,12 @@ def around_marks(
     )
 
 
-def touched_levels(directions: FloatArray, most: int = 4) -> FloatArray:
+def touched_levels(directions: FloatArray) -> FloatArray:
     """Polar angles at which touches are drawn over the map, from the equator to the pole. [deg]
 
     Parameters
     ----------
     directions : (n, 3) float
-    most : int
 
     Returns
     -------
@@ -338,7 +331,9 @@ def touched_levels(directions: FloatArray, most: int = 4) -> FloatArray:
     """
     levels = np.unique(np.round(polar_angle(directions) / DEGREE / 2.5) * 2.5)[::-1]
     levels = levels[levels >= 15.0]
-    chosen = np.unique(np.linspace(0, max(len(levels) - 1, 0), min(len(levels), most)).round())
+    chosen = np.unique(
+        np.linspace(0, max(len(levels) - 1, 0), min(len(levels), _MOST_LEVELS)).round()
+    )
     return np.asarray(levels[chosen.astype(np.int64)])
 
 
@@ -400,10 +395,6 @@ def chart_by_place(
         Which repeat each other's direction: those are drawn side by side.
     ringed : (str, sequence of int)
         Rows with a ring around them, and what they are.
-
-    Returns
-    -------
-    PolarChart
     """
     polar, azimuth = angles_deg(directions)
     repeated = groups is not None and len(np.unique(groups)) < len(groups)

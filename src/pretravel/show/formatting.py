@@ -67,11 +67,6 @@ def words_of_key(key: str) -> tuple[str, str]:
 def number_text(value: float, digits: Digits = Digits()) -> str:
     """A number as text.
 
-    Parameters
-    ----------
-    value : float
-    digits : Digits
-
     Returns
     -------
     str

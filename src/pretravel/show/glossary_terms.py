@@ -73,10 +73,6 @@ def words_used(documents: Iterable[Document]) -> tuple[GlossaryEntry, ...]:
     ----------
     documents : iterable of Document
 
-    Returns
-    -------
-    tuple of GlossaryEntry
-
     >>> [entry.term for entry in words_used([Document("Pretravel of a probe")])]
     ['pretravel']
     """

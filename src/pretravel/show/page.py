@@ -128,10 +128,6 @@ def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: 
         Above all of them, with a table of contents; empty: there is one report.
     scripts : bool
         False: a page to print.
-
-    Returns
-    -------
-    str
     """
     charts = _charts(contents) if scripts else ""
     reports = [_shown(index, content) for index, content in enumerate(contents)]

@@ -53,14 +53,6 @@ def image_address(picture: Picture) -> str:
 
     WebP is smaller than PNG; Pillow, which matplotlib needs, can lack it. Lines keep their colours
     without losses; surfaces in space have small losses and a third of the size.
-
-    Parameters
-    ----------
-    picture : Picture
-
-    Returns
-    -------
-    str
     """
     from PIL import Image, features
 

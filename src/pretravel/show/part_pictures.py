@@ -19,18 +19,8 @@ _MOST_NUMBERS = 60
 """More numbers of faces than these hide each other."""
 
 
-def part_view(part: Part, title: str = "") -> View:
-    """A part's faces in colours, with their numbers.
-
-    Parameters
-    ----------
-    part : Part
-    title : str
-
-    Returns
-    -------
-    View
-    """
+def part_view(part: Part) -> View:
+    """A part's faces in colours, with their numbers."""
     shown = [face_triangles(face, faces=len(part.faces)) for face in part.faces]
     numbers = [str(face.number) for face in part.faces]
     outwards = np.array([face.local(face.middle[None]).normal[0] for face in part.faces])
@@ -57,7 +47,7 @@ def part_view(part: Part, title: str = "") -> View:
         note = "too many faces for their numbers: point at the middle of a face"
     count = f"{len(numbers)} face{'s' * (len(numbers) != 1)}"
     chart = SpaceChart("Faces and their numbers", tuple(marks), "part", note=note, bare=True)
-    return View(f"{title or part.name}: {count}", (chart,))
+    return View(f"{part.name}: {count}", (chart,))
 
 
 def _above_bore(face: Face, middle: FloatArray, height: float) -> FloatArray:
@@ -92,10 +82,6 @@ def body_marks(
     placement : Placement or None
         Of the part in the machine, where the picture is in the frame of the machine.
     opacity : float
-
-    Returns
-    -------
-    tuple of SpaceMark
     """
     faces: Sequence[Face] = ()
     if isinstance(surface, Part):

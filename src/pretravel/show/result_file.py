@@ -59,10 +59,6 @@ def write_report(
 def result_values(content: PageContent) -> dict[str, Any]:
     """A result as values for JSON.
 
-    Parameters
-    ----------
-    content : PageContent
-
     Returns
     -------
     dict
@@ -85,10 +81,6 @@ def read_result(path: str | Path) -> PageContent:
     ----------
     path : str or Path
         Ending in .json.
-
-    Returns
-    -------
-    PageContent
 
     Raises
     ------

@@ -22,10 +22,6 @@ def terminal_text(document: Document, *, verbose: bool = False) -> str:
     verbose : bool
         The full report; else verdict, key figures, main tables and notes.
 
-    Returns
-    -------
-    str
-
     >>> print(terminal_text(Document("Probe", "It conforms.", (KeyFigure("force", 0.75, "N"),))))
     It conforms.
       force              0.75 N

@@ -36,10 +36,6 @@ _MOST_CHARTS = 40
 def view_values(view: View) -> dict[str, Any]:
     """What a picture shows as values that `json` can write; a number that is not finite is null.
 
-    Parameters
-    ----------
-    view : View
-
     Returns
     -------
     dict

@@ -90,15 +90,6 @@ class WorkRecord:
 def input_file(path: Path, role: str = "") -> InputFile:
     """A file with its checksum.
 
-    Parameters
-    ----------
-    path : Path
-    role : str
-
-    Returns
-    -------
-    InputFile
-
     Raises
     ------
     OSError
@@ -127,10 +118,6 @@ def record_now(
     command : str
     inputs : iterable of InputFile
     settings : iterable of StatedSetting
-
-    Returns
-    -------
-    WorkRecord
 
     >>> record_now("pretravel formats").versions[0][0]
     'pretravel'

@@ -62,10 +62,6 @@ def drift_beside_seats(
         Unknowns of the fit without a drift.
     scales : PriorScales
         Of that fit.
-
-    Returns
-    -------
-    ReferenceDrift or None
     """
     still = SixSeatProblem(observation)
     needed = float(modes(still, [scales], x[None]).evidence[0]) + _BETTER

@@ -213,10 +213,6 @@ def fit_physical(
     scales : PriorScales, optional
         The most probable ones of that fit.
 
-    Returns
-    -------
-    PhysicalMapFit
-
     Raises
     ------
     PretravelError

@@ -93,10 +93,6 @@ def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) ->
     repeats : Scatter
         Of repeated touches.
 
-    Returns
-    -------
-    WeightedScales
-
     Notes
     -----
     Given the scales, misses are normal, and so is the linearised model's prior: the

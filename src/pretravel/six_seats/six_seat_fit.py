@@ -365,10 +365,6 @@ def modes(
     rows : sequence of (r,) int, optional
         Directions that each search uses; all when not given.
 
-    Returns
-    -------
-    Modes
-
     Notes
     -----
     Levenberg's and Marquardt's method, each start with a damping of its own (Nielsen 1999). All

@@ -146,10 +146,6 @@ def six_seats(values: FloatArray) -> SixSeats:
     values : (18,) float
         In the order of `PARAMETERS`; logarithms of the logarithmic ones.
 
-    Returns
-    -------
-    SixSeats
-
     Raises
     ------
     PretravelError
@@ -272,10 +268,6 @@ def seat_triads(
         From the probe axis to the points where the rods rest. [mm]
     support_angles : float or (6,) float
         Of the seats' normals from the horizontal. [rad]
-
-    Returns
-    -------
-    SeatFrame
     """
     azimuths = np.repeat(np.asarray(rod_azimuths, dtype=np.float64), 2)
     radial = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(6)], axis=1)

@@ -302,10 +302,6 @@ def feet_on_faces(part: Part, points: FloatArray, face: IntArray | None = None) 
         [mm]
     face : (n,) int, optional
         Index of the face of each point; the nearest face when not given.
-
-    Returns
-    -------
-    Feet
     """
     if face is None:
         face = ContactSearch(part, len(points)).nearest_faces(points)[0]

@@ -13,20 +13,14 @@ _MANY_DOF = 10_000.0
 """Above it, their number is no statement: k differs from 2 by less than 0.0002."""
 
 
-def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") -> Table:
+def budget_table(budget: Budget, *, title: str = "") -> Table:
     """A budget of a length by source, the largest share first, then the combined uncertainty.
 
     Parameters
     ----------
     budget : Budget
         Its result in mm.
-    own_units : bool
-        Sources are not all lengths: their uncertainties are shown as they are.
     title : str
-
-    Returns
-    -------
-    Table
 
     >>> from pretravel.show.terminal import table_text
     >>> from pretravel.uncertainty.gum import Component
@@ -38,11 +32,10 @@ def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") ->
     combined                                               0.5000               22
     expanded, 95.45 %                                      1.0632           k 2.13
     """
-    own = 1.0 if own_units else MICROMETRE
     total = (budget.combined / MICROMETRE, budget.expanded() / MICROMETRE)
     names = [str(row["source"]) for row in budget.rows()]
     kinds = [str(row["evaluation"]) for row in budget.rows()]
-    u = _numbers(budget, "standard_uncertainty", 1.0 / own)
+    u = _numbers(budget, "standard_uncertainty", 1.0 / MICROMETRE)
     dof: list[float | str] = [
         *(_shown_dof(each) for each in (*_numbers(budget, "dof")[:-2], budget.effective_dof)),
         _coverage_text(budget),
@@ -51,9 +44,7 @@ def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") ->
         (
             Column.of("source", [*names, "combined", "expanded, 95.45 %"]),
             Column.of("type", [*kinds, "", ""]),
-            Column.of("u", u, "", significant(4))
-            if own_units
-            else Column.of("u", u, "µm", decimals(4)),
+            Column.of("u", u, "µm", decimals(4)),
             Column.of("sensitivity", _numbers(budget, "sensitivity"), digits=significant(4)),
             Column.of(
                 "contribution",

@@ -49,10 +49,6 @@ _NOTHING_STATED = Section(
 def laboratory_section(statements: LaboratoryStatements) -> Section:
     """What the laboratory states, field by field; an open field is shown as not stated.
 
-    Parameters
-    ----------
-    statements : LaboratoryStatements
-
     Returns
     -------
     Section

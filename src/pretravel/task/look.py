@@ -78,10 +78,6 @@ def look_at_touches(
     file_format : str, optional
         Detected when not given.
 
-    Returns
-    -------
-    LookedAt
-
     Raises
     ------
     InputError

@@ -68,10 +68,6 @@ def notebook_html(value: object) -> str:
     ----------
     value : Touches, Points, PretravelMap, Trigger, Qualification, Separation or Document
 
-    Returns
-    -------
-    str
-
     Raises
     ------
     TypeError

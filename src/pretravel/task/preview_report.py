@@ -45,10 +45,6 @@ def preview_document(
     found : FileReadings or FilePositions
     unit_known : bool
         False: the lengths are as in the file.
-
-    Returns
-    -------
-    Document
     """
     touches = found.touches if isinstance(found, FileReadings) else None
     positions = found.positions if isinstance(found, FilePositions) else found.touches.positions
@@ -104,10 +100,6 @@ def results_document(name: str, results: Sequence[FeatureResult], lacking: str =
     results : sequence of FeatureResult
     lacking : str
         What is missing to make touches of it; empty where it contains none.
-
-    Returns
-    -------
-    Document
     """
     shown = results[:_RESULTS]
     table = Table(

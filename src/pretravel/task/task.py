@@ -538,10 +538,6 @@ class Task:
     def run(self, progress: Progress = SILENT) -> Any:
         """Do the task.
 
-        Parameters
-        ----------
-        progress : Progress
-
         Returns
         -------
         Result

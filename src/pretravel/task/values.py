@@ -137,12 +137,7 @@ class StatedColumns(dict[str, str]):
 
 @dataclass(frozen=True)
 class Angles:
-    """Angles as they are typed.
-
-    Attributes
-    ----------
-    text : str
-    """
+    """Angles as they are typed."""
 
     text: str
 

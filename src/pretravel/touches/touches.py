@@ -115,10 +115,6 @@ def as_touches(
     ring : bool
         The reference is a ring.
 
-    Returns
-    -------
-    Touches
-
     Raises
     ------
     PretravelError

@@ -108,10 +108,6 @@ def fit_torus(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> Torus
     axis : (3,) float, optional
         Approximate direction of the axis. The search starts from it.
 
-    Returns
-    -------
-    TorusFit
-
     Raises
     ------
     PretravelError

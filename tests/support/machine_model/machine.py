@@ -344,10 +344,6 @@ def run(
         A healthy one, unless it is given. A probe is used for one run.
     subroutines : mapping of str to str, or Path
         Texts by file name, or a folder.
-
-    Returns
-    -------
-    Trace
     """
     probe = probe or Probe()
     moving = _Moving(machine, probe)

@@ -86,7 +86,7 @@ def test_every_answer_of_a_measured_tip() -> None:
     for one, supported in (
         (tip, False),
         (tip_of(made), False),
-        (tip_of(made, extrapolate=True), True),
+        (mapped_tip(made, extrapolate=True), True),
     ):
         assert one.supports(n).tolist() == [True, supported]
 

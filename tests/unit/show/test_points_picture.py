@@ -81,19 +81,6 @@ def test_a_placed_part_moves_with_its_points(part: Part) -> None:
     assert there.vertices == pytest.approx(place.points(here.vertices))
 
 
-def test_points_beyond_the_tolerance_are_crossed(points: Points) -> None:
-    assert points.deviation is not None
-    limit = float(np.median(np.abs(points.deviation)))
-    chart = points_view(points, tolerance=(-limit, limit)).charts[1]
-    assert isinstance(chart, SpaceChart)
-    crossed = next(m for m in chart.marks if isinstance(m, SpacePoints) and m.colour == "limit")
-    assert len(crossed.positions) == np.sum(np.abs(points.deviation) > limit)
-    zone = _lines(chart, "tolerance")
-    factor = float(_lines(chart, "deviation after").name.split()[-2])
-    lengths = np.linalg.norm(zone.ends - zone.starts, axis=1)
-    assert lengths == pytest.approx(np.full(len(lengths), 2.0 * limit * factor))
-
-
 def test_a_small_range_of_u_is_not_stretched(points: Points) -> None:
     chart = points_view(points).charts[-1]
     assert isinstance(chart, SpaceChart)

@@ -38,21 +38,13 @@ from pretravel.show import (
 )
 
 
-def document_view(document: Document, *, pictures: bool = True) -> None:
-    """Show a report in one place: verdict, key figures, pictures, tables, notes, details.
-
-    Parameters
-    ----------
-    document : Document
-    pictures : bool
-        Whether its pictures are shown; a screen with pictures of its own leaves them out.
-    """
+def document_view(document: Document) -> None:
+    """Show a report in one place: verdict, key figures, pictures, tables, notes, details."""
     with ui.element("article").classes("document"):
         _head(document)
-        if pictures:
-            with ui.element("div").classes("pictures"):
-                for picture in document.pictures:
-                    picture_view(picture)
+        with ui.element("div").classes("pictures"):
+            for picture in document.pictures:
+                picture_view(picture)
         _tables(document)
         _details(document)
 

@@ -21,7 +21,6 @@ def example_button(
     files: Mapping[str, Sequence[str]],
     settings: Mapping[str, SettingValue],
     *,
-    label: str = "Try it with example data",
     ahead: tuple[Job[Any], ...] = (),
 ) -> ui.button:
     """A button that takes files of the example data, and the settings that belong to them.
@@ -32,7 +31,6 @@ def example_button(
     files : mapping of str to sequence of str
         By purpose, names below examples/data.
     settings : mapping of str to value
-    label : str
     ahead : tuple of Job
         Jobs that are done once with the example, before the user has chosen a file: see
         `jobs.do_ahead`.
@@ -52,7 +50,8 @@ def example_button(
     with suppress(PretravelError):  # the package can be installed without the example
         do_ahead(ahead, settings, paths())
 
-    button = ui.button(label, icon="school", on_click=fill).props("no-caps flat")
+    button = ui.button("Try it with example data", icon="school", on_click=fill)
+    button.props("no-caps flat")
     own_data_back(state)
     return button
 

@@ -29,10 +29,6 @@ def stated(values: Mapping[str, SettingValue]) -> LaboratoryStatements:
     values : mapping of str to str
         By table and key, for example ``laboratory.name``; others are ignored.
 
-    Returns
-    -------
-    LaboratoryStatements
-
     >>> stated({"laboratory.name": "North"}).laboratory.name
     'North'
     """

@@ -85,10 +85,6 @@ class LoggedFeeds:
         """Positions without those at which a contact ended, and what was understood of the moves.
 
         Where all are such, they stay: the probe's signal is inverted, perhaps.
-
-        Parameters
-        ----------
-        found : FilePositions
         """
         moves = self._of_each(found.lines)
         away = [bool(of) and all(line in self.away for line, _ in of) for of in moves]

@@ -40,10 +40,6 @@ def read_print_file(source: Source, units: str | None = None) -> list[FeatureRes
     units : str
         mm or inch; the file does not state it.
 
-    Returns
-    -------
-    list of FeatureResult
-
     Raises
     ------
     InputError

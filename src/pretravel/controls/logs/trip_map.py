@@ -104,10 +104,6 @@ def read_trip_map(source: Source, units: str | None = None) -> TripMap:
     units : str, optional
         Of lengths whose columns state none: mm or inch.
 
-    Returns
-    -------
-    TripMap
-
     Raises
     ------
     InputError

@@ -27,12 +27,7 @@ def _sentence(state: ScreenState) -> None:
 
 
 def next_sentence(state: ScreenState) -> tuple[str, str]:
-    """Heading and sentence of the next step.
-
-    Parameters
-    ----------
-    state : ScreenState
-    """
+    """Heading and sentence of the next step."""
     look, fit, export = (WORKS.of(state, job) for job in (LOOK, FIT, EXPORT))
     if not state.files["touches"]:
         return _FILE

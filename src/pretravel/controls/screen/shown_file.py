@@ -17,12 +17,7 @@ _SIGNS = 160
 
 
 def first_lines(path: Path) -> tuple[str, ...]:
-    """The first lines of a text as they are in the file; none of a binary file.
-
-    Parameters
-    ----------
-    path : Path
-    """
+    """The first lines of a text as they are in the file; none of a binary file."""
     with path.open("rb") as file:
         start = file.read(_LINES * 4 * _SIGNS)
     if b"\0" in start:

@@ -31,25 +31,13 @@ def set_used(state: ScreenState, name: str, *, used: bool) -> None:
 
 
 def leave_out(state: ScreenState, names: list[str]) -> None:
-    """Leave out these touches of the file that is there, and no others.
-
-    Parameters
-    ----------
-    state : ScreenState
-    names : list of str
-    """
+    """Leave out these touches of the file that is there, and no others."""
     mark = file_mark(state.files["touches"][0].content)
     state.settings["left_out"] = {"file": mark, "left_out": names}
 
 
 def rows_shown(result: FitResult, most: int = MOST_ROWS) -> tuple[int, ...]:
-    """Rows of the table: all; of many those left out, the outliers and the largest residuals.
-
-    Parameters
-    ----------
-    result : FitResult
-    most : int
-    """
+    """Rows of the table: all; of many those left out, the outliers and the largest residuals."""
     count = len(result.names)
     if count <= most:
         return tuple(range(count))

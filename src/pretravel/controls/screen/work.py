@@ -33,13 +33,7 @@ _ROUND = 0.01
 
 @dataclass(frozen=True, eq=False)
 class TouchesPicture:
-    """Touches in space, drawn.
-
-    Attributes
-    ----------
-    touches : TouchesInSpace
-    figure : PlotlyFigure
-    """
+    """Touches in space, drawn."""
 
     touches: TouchesInSpace
     figure: PlotlyFigure
@@ -224,13 +218,7 @@ def fit(inputs: Inputs) -> FitResult | None:
 
 
 def touch_names(path: Path, readings: FileReadings) -> tuple[str, ...]:
-    """By which each touch can be left out: file and line, or its label or number.
-
-    Parameters
-    ----------
-    path : Path
-    readings : FileReadings
-    """
+    """By which each touch can be left out: file and line, or its label or number."""
     touches = readings.touches
     if touches.lines is not None:
         return tuple(f"{path.name}:{line}" for line in touches.lines)

@@ -139,10 +139,6 @@ def condense(model: FiniteElementModel, solver: str = "auto") -> ReducedModel:
     solver : str
         See `pretravel.design.fem.linear_solvers.factorise`.
 
-    Returns
-    -------
-    ReducedModel
-
     Raises
     ------
     CapacityError

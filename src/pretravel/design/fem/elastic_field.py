@@ -221,10 +221,6 @@ def stress_by_direction(
         The state in the first of the directions, where it is known: its stress is not computed
         again.
 
-    Returns
-    -------
-    StressByDirection
-
     Raises
     ------
     PretravelError

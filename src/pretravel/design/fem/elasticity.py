@@ -72,10 +72,6 @@ def finite_element_model(
     ball : float
         `pretravel.design.fem.seat_ball.ball_correction`; half-spaces when not given. [mm/N]
 
-    Returns
-    -------
-    FiniteElementModel
-
     Notes
     -----
     A seat's newton is spread as Hertz's pressure (1 - (r/a)²)^(1/2) over its patch of
@@ -183,10 +179,6 @@ def stress_of(
     mesh: FiniteElementMesh, materials: Mapping[str, Material]
 ) -> Callable[[FloatArray], FloatArray]:
     """Von Mises stress, mean over each element's four points, as a function of the displacement.
-
-    Parameters
-    ----------
-    mesh, materials
 
     Returns
     -------

@@ -71,10 +71,6 @@ def probe_solids(probe: Probe, patch_radius: float | None = None) -> ProbeSolids
     patch_radius : float, optional
         Of the patches under the seats; `PATCH` of the rod's radius when not given. [mm]
 
-    Returns
-    -------
-    ProbeSolids
-
     Raises
     ------
     DescriptionError
@@ -218,13 +214,7 @@ def _images_joined(probe: Probe, face: Any) -> int:
 
 
 def write_step(path: str | Path, probe: Probe) -> None:
-    """Write the solids of the finite-element model, for CAD.
-
-    Parameters
-    ----------
-    path : str or Path
-    probe : Probe
-    """
+    """Write the solids of the finite-element model, for CAD."""
     needed("netgen", "fem")
     from netgen.occ import Glue
 

@@ -73,11 +73,6 @@ def mesh_probe(
 
     A sixth that cannot be meshed (its cuts can leave slivers) is replaced by the whole.
 
-    Parameters
-    ----------
-    probe : Probe
-    settings : MeshSettings, optional
-
     Raises
     ------
     DescriptionError, InputError, MeshError
@@ -102,15 +97,6 @@ def mesh_probe(
 
 def mesh_solids(solids: ProbeSolids, settings: MeshSettings | None = None) -> FiniteElementMesh:
     """A mesh of the solids.
-
-    Parameters
-    ----------
-    solids : ProbeSolids
-    settings : MeshSettings, optional
-
-    Returns
-    -------
-    FiniteElementMesh
 
     Raises
     ------

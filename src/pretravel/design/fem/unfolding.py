@@ -37,17 +37,7 @@ class Unfolded(NamedTuple):
 
 
 def unfolded_mesh(sixth: FiniteElementMesh, symmetry: ThreefoldSymmetry) -> Unfolded:
-    """The whole mesh: images share the nodes on the mirror planes.
-
-    Parameters
-    ----------
-    sixth : FiniteElementMesh
-    symmetry : ThreefoldSymmetry
-
-    Returns
-    -------
-    Unfolded
-    """
+    """The whole mesh: images share the nodes on the mirror planes."""
     needed("skfem", "fem")  # the sixth may come from the cache
     from skfem import MeshTet
 

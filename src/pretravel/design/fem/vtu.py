@@ -13,11 +13,6 @@ from pretravel.design.fem.elastic_field import TriggerField
 def write_vtu(path: str | Path, field: TriggerField) -> None:
     """Write the mesh, displacements, stresses and interface forces.
 
-    Parameters
-    ----------
-    path : str or Path
-    field : TriggerField
-
     Notes
     -----
     Point data: ``displacement_um`` (from rest to trigger) and ``force_N`` (on eight additional

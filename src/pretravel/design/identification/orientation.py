@@ -73,10 +73,6 @@ def in_orientation(
         Direction of the weight, machine frame.
     model : str
 
-    Returns
-    -------
-    TurnedMap
-
     Raises
     ------
     PretravelError

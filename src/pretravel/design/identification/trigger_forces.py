@@ -16,14 +16,6 @@ _COLUMNS = ("azimuth_deg", "polar_deg", "force_N", "u_N", "remark")
 def read_trigger_forces(path: str | Path) -> MeasuredForces:
     """Read measured trigger forces: azimuth_deg, force_N, u_N and, not across the axis, polar_deg.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    MeasuredForces
-
     Raises
     ------
     InputError

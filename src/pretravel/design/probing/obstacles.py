@@ -51,10 +51,6 @@ def stylus_outline(probe: Probe, axis: FloatArray) -> StylusOutline:
     axis : (3,) float
         Machine frame.
 
-    Returns
-    -------
-    StylusOutline
-
     >>> from pretravel.prediction.catalogue import load_probe
     >>> outline = stylus_outline(load_probe("omp40-2"), np.array([0.0, 0.0, 1.0]))
     >>> float(outline.above[-1, 1]) >= 50.0

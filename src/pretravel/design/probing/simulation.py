@@ -127,15 +127,6 @@ class Latch:
 def latch_with_map(latch: Latch, pretravel_map: PretravelMap) -> Latch:
     """The latch of a machine whose probe has this map, with the signal delay that the map contains.
 
-    Parameters
-    ----------
-    latch : Latch
-    pretravel_map : PretravelMap
-
-    Returns
-    -------
-    Latch
-
     Raises
     ------
     PretravelError
@@ -259,10 +250,6 @@ def simulate_some(
     """As `simulate`, but targets that cannot be touched are no error.
 
     Parameters are those of `simulate`.
-
-    Returns
-    -------
-    SimulationResult
     """
     setup, latch = setup or PartSetup(), latch or Latch()
     surface = surface_of(surface)
@@ -423,10 +410,6 @@ def target_warnings(
         Of the touches at them.
     axis : (3,) float, optional
         Of a stylus whose collisions with the part were not checked, from the tip to the spindle.
-
-    Returns
-    -------
-    list of str
     """
     warnings = []
     rows = np.flatnonzero(outcomes.converged)

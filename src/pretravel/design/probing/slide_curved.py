@@ -60,10 +60,6 @@ def slide_with_rays(tip: LateralTip, first: FirstContact, step: float, steps: in
         Feed of each step. [mm]
     steps : int
 
-    Returns
-    -------
-    SlideHistory
-
     Raises
     ------
     ConvergenceError

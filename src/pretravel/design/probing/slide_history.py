@@ -122,10 +122,6 @@ def slide_history(
         Of the surface at first contact, one row.
     trigger_feed, search
         As in `SlideHistory`.
-
-    Returns
-    -------
-    SlideHistory
     """
     normal = np.concatenate([step.local.normal for step in steps])
     force = np.array([step.force for step in steps])

@@ -35,10 +35,6 @@ def stepped_slide(
     steps : int
     by_force : bool
         Whether the force is raised.
-
-    Returns
-    -------
-    SlideHistory
     """
     process = _OneNormal.of(tip, first, by_force=by_force)
     values = np.asarray(step * np.arange(1, steps + 1), dtype=np.float64)
@@ -59,10 +55,6 @@ def golden_section_slide(
         Of the deflection; the search ends at step times steps. A force is searched up to 5 N. [mm]
     steps : int
         Largest number of trials.
-
-    Returns
-    -------
-    SlideHistory
 
     Raises
     ------

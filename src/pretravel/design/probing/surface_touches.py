@@ -122,10 +122,6 @@ def describe_failures(
         As given to `touch`.
     most : int
         Largest number of targets that are named for each kind.
-
-    Returns
-    -------
-    list of str
     """
     sentences = []
     for status in TouchStatus:

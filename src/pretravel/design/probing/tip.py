@@ -263,10 +263,6 @@ def mapped_tip(pretravel_map: PretravelMap, *, extrapolate: bool = False) -> Tip
     pretravel_map : PretravelMap
     extrapolate : bool
         Whether the map is used outside its directions too; a predicted map holds everywhere.
-
-    Returns
-    -------
-    TipBehaviour
     """
     probe = pretravel_map.basis.condensed_probe
     if probe is not None:
@@ -280,10 +276,6 @@ class LateralTip:
 
     The deflection is the model's sensing distance, in the direction of the force's
     projection across the axis.
-
-    Parameters
-    ----------
-    tip : PredictedTip
 
     References
     ----------
@@ -367,7 +359,6 @@ def tip_of(
     *,
     workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
-    extrapolate: bool = False,
 ) -> TipBehaviour:
     """The tip of a description, of a probe in the catalogue or of a map; or the tip itself.
 
@@ -376,12 +367,6 @@ def tip_of(
     probe : Probe, PretravelMap, TipBehaviour or str
     model, workpiece, gravity
         For a description: as for `predicted_tip`.
-    extrapolate : bool
-        For a map: whether it is used outside its directions too.
-
-    Returns
-    -------
-    TipBehaviour
 
     Raises
     ------
@@ -400,7 +385,7 @@ def tip_of(
             return tip
         return OpeningTip(tip, frozen(probe.opening * lifted_tip_motion(probe)))
     if isinstance(probe, PretravelMap):
-        return mapped_tip(probe, extrapolate=extrapolate)
+        return mapped_tip(probe)
     if all(
         hasattr(probe, name) for name in ("state", "radius", "has_forces", "supports", "turned")
     ):

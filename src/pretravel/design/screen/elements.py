@@ -45,12 +45,7 @@ _OTHER, _DESIGN = "A", "B"
 
 
 def elements_view(state: ScreenState) -> None:
-    """The button, the progress and the result of finite elements.
-
-    Parameters
-    ----------
-    state : ScreenState
-    """
+    """The button, the progress and the result of finite elements."""
     note(
         "The pictures of force and pretravel come from the analytic model: the stylus as a beam, "
         "the seats as elastic contacts. Finite elements also bend the hub and the rods, and give "
@@ -189,11 +184,6 @@ def stress_figures(
     result: FiniteElementDesign, polar_deg: float, azimuth_deg: float
 ) -> tuple[dict[str, Any], tuple[KeyFigure, ...]]:
     """The stress at the trigger in a direction: Plotly's figure, key figures.
-
-    Parameters
-    ----------
-    result : FiniteElementDesign
-    polar_deg, azimuth_deg : float
 
     Raises
     ------

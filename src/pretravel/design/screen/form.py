@@ -123,10 +123,6 @@ def form_groups(text: str) -> tuple[FieldGroup, ...]:
     text : str
         A valid description.
 
-    Returns
-    -------
-    tuple of FieldGroup
-
     >>> from pretravel.prediction.catalogue import description_text
     >>> [group.heading for group in form_groups(description_text("omp40-2"))]
     ['Stylus', 'Spring and trigger', 'Head of the stylus', 'Tripod', 'Seats', 'Hub']

@@ -40,12 +40,7 @@ _SHOWN = "slide_shown"
 
 
 def slide_panel(state: ScreenState) -> None:
-    """The fields, the picture of a step with its slider, and the files of a slide.
-
-    Parameters
-    ----------
-    state : ScreenState
-    """
+    """The fields, the picture of a step with its slider, and the files of a slide."""
     note(
         "The spindle moves on after first contact: the tip stays on the surface, slides, and bends "
         "the stylus until the probe triggers. Model analytic, curved process of Rodrigues 2021."

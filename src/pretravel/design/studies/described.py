@@ -12,10 +12,6 @@ from pretravel.prediction import catalogue_names, source_text
 def found_description(found: FoundDesign) -> str:
     """TOML of the best design; comments and other numbers stay as in the start's description.
 
-    Parameters
-    ----------
-    found : FoundDesign
-
     Returns
     -------
     str

@@ -127,14 +127,6 @@ def _of_geometry(probe: Probe, overtravel: float) -> dict[str, float]:
 def find_design(wish: Wish) -> FoundDesign:
     """Search the design that fits a specification best.
 
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    FoundDesign
-
     Raises
     ------
     PretravelError

@@ -24,13 +24,7 @@ from pretravel.touches import Touches
 
 
 class OutputMeaning(NamedTuple):
-    """A number that a study computes of each design.
-
-    Attributes
-    ----------
-    unit : str
-    text : str
-    """
+    """A number that a study computes of each design."""
 
     unit: str
     text: str
@@ -124,10 +118,6 @@ def outcome_of(study: Study, levels: Mapping[str, Level]) -> Outcome:
     study : Study
     levels : mapping of key to value
         Of the factors.
-
-    Returns
-    -------
-    Outcome
 
     >>> from pretravel.design.studies.definition import load_study
     >>> study = load_study("preload-and-seats")

@@ -20,10 +20,6 @@ _ARRAYS = ("force", "sensing_distance", "pretravel")
 def packed(outcome: Outcome) -> bytes:
     """A line of JSON, and the arrays as they are in memory.
 
-    Parameters
-    ----------
-    outcome : Outcome
-
     Returns
     -------
     bytes
@@ -47,16 +43,7 @@ def packed(outcome: Outcome) -> bytes:
 
 
 def unpacked(content: bytes) -> Outcome:
-    """The outcome of `packed`.
-
-    Parameters
-    ----------
-    content : bytes
-
-    Returns
-    -------
-    Outcome
-    """
+    """The outcome of `packed`."""
     line, _, rest = content.partition(b"\n")
     header = json.loads(line)
     numbers = {name: float.fromhex(value) for name, value in header["numbers"].items()}

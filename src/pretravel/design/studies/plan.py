@@ -17,10 +17,6 @@ from pretravel.design.studies.definition import LARGEST_PLAN, Level, Study
 class Plan:
     """The designs of a study, in an order that the study alone decides.
 
-    Attributes
-    ----------
-    study : Study
-
     >>> from pretravel.design.studies.definition import load_study
     >>> plan = Plan(load_study("preload-and-seats"))
     >>> len(plan), plan.levels(0)

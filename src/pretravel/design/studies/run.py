@@ -55,12 +55,7 @@ class Workers:
 
 
 def digest_of(study: Study) -> str:
-    """Digest of all that the numbers of a study depend on.
-
-    Parameters
-    ----------
-    study : Study
-    """
+    """Digest of all that the numbers of a study depend on."""
     content = {
         "version": installed_version(),
         "base": study.base,
@@ -109,10 +104,6 @@ def run_study(
     workers : Workers, optional
     restart : bool
         Whether what an earlier run left in the journal is removed.
-
-    Returns
-    -------
-    StudyResults
 
     Raises
     ------

@@ -60,11 +60,6 @@ def sensitivity(results: StudyResults, output: str) -> Sensitivity | None:
     one mean for each), with intervals by resampling. Of a full-factorial plan: the main effects,
     which are exact.
 
-    Parameters
-    ----------
-    results : StudyResults
-    output : str
-
     Returns
     -------
     Sensitivity or None
@@ -91,10 +86,6 @@ def sensitivities(results: StudyResults) -> list[Sensitivity]:
     """The shares of the factors in the variance of each output that has them, see `sensitivity`.
 
     Outputs that the same designs have are resampled together, which takes the time of one.
-
-    Parameters
-    ----------
-    results : StudyResults
 
     Returns
     -------

@@ -84,17 +84,6 @@ def only_placement(
 ) -> Placement:
     """The one placement that explains touches.
 
-    Parameters
-    ----------
-    tips : TipCentres
-    part : Part
-    pretravel_map : PretravelMap
-    extrapolate : bool
-
-    Returns
-    -------
-    Placement
-
     Raises
     ------
     PretravelError

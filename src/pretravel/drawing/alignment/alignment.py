@@ -204,10 +204,6 @@ class Alignment:
 def points_in_part(alignment: Alignment) -> Points:
     """The points in the frame of the part; the alignment is an error that they have in common.
 
-    Parameters
-    ----------
-    alignment : Alignment
-
     Returns
     -------
     Points
@@ -306,10 +302,6 @@ def radius_alone(tip_radius: float) -> PretravelMap:
     ----------
     tip_radius : float
         [mm]
-
-    Returns
-    -------
-    PretravelMap
 
     >>> radius_alone(3.0).pretravel([[0.0, 0.0, 1.0]]).tolist()
     [0.0]

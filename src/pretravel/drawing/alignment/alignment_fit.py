@@ -60,10 +60,6 @@ def placement_onto(nominal: FloatArray, measured: FloatArray) -> Placement:
     nominal, measured : (n, 3) float
         [mm]
 
-    Returns
-    -------
-    Placement
-
     References
     ----------
     Kabsch 1976, with the sign of the determinant.

@@ -14,10 +14,6 @@ _BY_STATISTICS = (OWN, FORM_OF_PART)
 def feature_budgets(feature: MeasuredFeature) -> tuple[Budget, ...]:
     """The budget of each length of a feature: diameter, coordinates.
 
-    Parameters
-    ----------
-    feature : MeasuredFeature
-
     Returns
     -------
     tuple of Budget

@@ -167,10 +167,6 @@ def form_by_trials(
     opposed : (t, n) float, optional
         Errors with the correlation that makes the width most uncertain, where none is given.
 
-    Returns
-    -------
-    FormResult
-
     Notes
     -----
     The ends of a zone are the largest of many distances, so that errors widen it: the measured

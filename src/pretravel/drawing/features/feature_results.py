@@ -19,10 +19,6 @@ from pretravel.drawing.tolerances.tolerances import InspectedFeature, Together
 def feature_rows(inspected: InspectedFeature) -> list[dict[str, Any]]:
     """The quantities of a feature, each as values by column; what does not apply is None.
 
-    Parameters
-    ----------
-    inspected : InspectedFeature
-
     Returns
     -------
     list of dict

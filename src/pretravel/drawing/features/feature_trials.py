@@ -41,12 +41,7 @@ class QuantityByTrials:
         return float(low), float(high)
 
 
-def feature_by_trials(
-    measured: MeasuredFeature,
-    trials: int,
-    *,
-    rng: np.random.Generator | int | None = 1,
-) -> tuple[QuantityByTrials, ...]:
+def feature_by_trials(measured: MeasuredFeature, trials: int) -> tuple[QuantityByTrials, ...]:
     """Draw the points of a feature with their errors, and fit the feature again, many times.
 
     Parameters
@@ -55,7 +50,6 @@ def feature_by_trials(
         Of least squares. Each point has the uncertainty of its own direction where the points
         state it: that of machine and probe, if they were compensated with a separation.
     trials : int
-    rng : numpy.random.Generator or int, optional
 
     Returns
     -------
@@ -94,7 +88,7 @@ def feature_by_trials(
             "files of pretravel compensate contain both",
             inputs=("trials",),
         )
-    generator = np.random.default_rng(rng)
+    generator = np.random.default_rng(1)
     found = [_fitted(measured, errors, generator) for _ in range(trials)]
     names = [quantity.name for quantity in measured.quantities]
     columns = np.array([[one[name] for name in names] for one in found])
@@ -112,17 +106,14 @@ def _fitted(
     """The quantities of one trial, by name."""
     association, points = measured.association, measured.points
     positions = points.positions + _moved(errors, generator)[:, None] * association.outward
-    fitted = associate(measured.kind, positions, axis=_axis(measured), at=_reference(measured))
+    fitted = associate(
+        measured.kind, positions, axis=association.direction, at=_reference(measured)
+    )
     return {
         "diameter": fitted.diameter, "width": fitted.diameter, "tube diameter": fitted.diameter,
         "ring diameter": fitted.ring_diameter, "half angle": fitted.half_angle,
         **dict(zip("xyz", fitted.point.tolist(), strict=True)),
     }  # fmt: skip
-
-
-def _axis(measured: MeasuredFeature) -> FloatArray | None:
-    """The direction with which the fit starts, as the measured feature has it."""
-    return measured.association.direction
 
 
 def _reference(measured: MeasuredFeature) -> FloatArray:

@@ -168,10 +168,6 @@ def feature_errors(
         Standard uncertainty of a length by other causes than the probe. [mm]
     families : sequence of Family
         Smooth shapes that the form of the part may have.
-
-    Returns
-    -------
-    FeatureErrors
     """
     along = np.sum(association.outward * points.normals, axis=1)
     covariance, outward = points.covariance, association.outward
@@ -243,10 +239,6 @@ def errors_of_extreme(
     stated : bool
         Whether the points state their uncertainty. If not, their scatter about the feature of least
         squares stands for it, and any share between none and all is alike.
-
-    Returns
-    -------
-    FeatureErrors
     """
     one_sided = None
     if found.criterion in _TO_ONE_SIDE:

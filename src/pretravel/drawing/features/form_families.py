@@ -24,11 +24,6 @@ _LEAST_SHAPE = 1e-3  # variance of a shape that is kept, in relation to the larg
 def families_of(kind: str, found: Association) -> tuple[Family, ...]:
     """The families of a feature's form; none of spheres and tori.
 
-    Parameters
-    ----------
-    kind : str
-    found : Association
-
     Returns
     -------
     tuple of Family

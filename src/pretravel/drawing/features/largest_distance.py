@@ -56,10 +56,6 @@ def largest_distance(
     left : (g m, g m) float, optional
         What of errors is left by a fit of free motions.
 
-    Returns
-    -------
-    LargestDistance
-
     Notes
     -----
     A distance is never negative, and errors across it make it longer: of a true zero, errors of u

@@ -523,14 +523,6 @@ def normals_off(feature: MeasuredFeature) -> float:
 
     A form of the feature turns its normals by much less than a degree. Zero for a kind whose points
     may have other normals than the fit shows (a line, a slot).
-
-    Parameters
-    ----------
-    feature : MeasuredFeature
-
-    Returns
-    -------
-    float
     """
     if feature.kind not in _WITH_NORMALS:
         return 0.0

@@ -75,15 +75,7 @@ class DatumTarget:
 
 @dataclass(frozen=True)
 class PmiDatum:
-    """A datum with its features.
-
-    Attributes
-    ----------
-    number : int
-    letter : str
-    place : Place
-    targets : tuple of DatumTarget
-    """
+    """A datum with its features."""
 
     number: int
     letter: str

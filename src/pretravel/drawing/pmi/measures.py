@@ -63,13 +63,7 @@ def unit_factor(part21: Part21, unit: Any, depth: int = 0) -> tuple[float, str] 
 
 
 def measure_of(part21: Part21, instance: Instance) -> StatedMeasure | None:
-    """The measure that an instance states; None: it states none of a length or an angle.
-
-    Parameters
-    ----------
-    part21 : Part21
-    instance : Instance
-    """
+    """The measure that an instance states; None: it states none of a length or an angle."""
     own = {record.name: record.values for record in instance.records}
     name = ""
     if len(own) == 1:

@@ -63,14 +63,6 @@ class ModelDrawing:
 def read_model_drawing(path: str | Path) -> ModelDrawing:
     """Read the drawing that a STEP file carries; of one without PMI, what can carry a size.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    ModelDrawing
-
     Raises
     ------
     InputError

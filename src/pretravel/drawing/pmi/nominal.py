@@ -147,13 +147,7 @@ def diameters_of(size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> float |
 
 
 def targets_on_planes(pmi: Pmi, faces: Mapping[int, ModelFace]) -> Pmi:
-    """The PMI with datum targets that the text binds to nothing on the one plane where they lie.
-
-    Parameters
-    ----------
-    pmi : Pmi
-    faces : mapping of int to ModelFace
-    """
+    """The PMI with datum targets that the text binds to nothing on the one plane where they lie."""
     found = []
     for datum in pmi.datums:
         targets = tuple(_on_plane(each, faces.values()) for each in datum.targets)

@@ -233,14 +233,6 @@ class Part21:
 def read_part21(path: str | Path) -> Part21:
     r"""Read the instances of a STEP file from its text.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Part21
-
     Raises
     ------
     InputError

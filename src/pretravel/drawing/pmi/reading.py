@@ -65,10 +65,6 @@ _MALFORMED = (PretravelError, ValueError, TypeError, IndexError, AttributeError)
 def read_pmi(part21: Part21) -> Pmi:
     """The datums, sizes and tolerances of a model.
 
-    Parameters
-    ----------
-    part21 : Part21
-
     Returns
     -------
     Pmi

@@ -10,12 +10,7 @@ from pretravel.drawing.screen.work import COMPENSATION, FEATURES, lacking_for_po
 
 
 def guide_of_part(state: ScreenState) -> None:
-    """Show what to do next; it changes with what is there.
-
-    Parameters
-    ----------
-    state : ScreenState
-    """
+    """Show what to do next; it changes with what is there."""
     works = [WORKS.of(state, job) for job in (COMPENSATION, FEATURES)]
     with ui.element("div").classes("next-step").props('role="status" aria-live="polite"'):
         live(
@@ -32,12 +27,7 @@ def _sentence(state: ScreenState) -> None:
 
 
 def next_of_part(state: ScreenState) -> tuple[str, str]:
-    """Heading and sentence of the next step.
-
-    Parameters
-    ----------
-    state : ScreenState
-    """
+    """Heading and sentence of the next step."""
     points, features = (WORKS.of(state, job) for job in (COMPENSATION, FEATURES))
     if not state.files["touches"]:
         return _TOUCHES

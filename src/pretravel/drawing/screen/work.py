@@ -237,10 +237,6 @@ def _aligned(
 def groups_of(labels: Sequence[str]) -> dict[str, tuple[int, str]]:
     """Groups of labels that differ in the number at the end: how many points, and their pattern.
 
-    Parameters
-    ----------
-    labels : sequence of str
-
     Returns
     -------
     dict of str to pair of int and str

@@ -29,11 +29,6 @@ _ON_FACE = 1.0  # mm; parts that are measured are made better
 def drawing_on_part(drawing: Drawing, part: Part | None) -> Drawing:
     """A drawing with the kinds of its features, and with the faces that it names as datums.
 
-    Parameters
-    ----------
-    drawing : Drawing
-    part : Part or None
-
     Returns
     -------
     Drawing

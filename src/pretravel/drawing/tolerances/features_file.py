@@ -318,14 +318,6 @@ def read_features_file(path: str | Path) -> Drawing:
     features, ``[[between]]`` distances and angles, ``[[not_decided]]`` tolerances that have a line
     in the answer, and no verdict.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Drawing
-
     Raises
     ------
     InputError

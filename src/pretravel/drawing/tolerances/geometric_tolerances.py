@@ -56,10 +56,6 @@ def inspect_geometry(
     required : float
         Probability at which conformity or nonconformity is proven.
 
-    Returns
-    -------
-    GeometricResult
-
     Raises
     ------
     PretravelError

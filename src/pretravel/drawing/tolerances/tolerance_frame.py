@@ -270,16 +270,6 @@ def frame_of(
 ) -> Frame:
     """The frame of the datums of a tolerance, with the nominal place of a feature in it.
 
-    Parameters
-    ----------
-    placed : PlacedFeature
-    tolerance : GeometricTolerance
-    groups : sequence of DatumWord
-
-    Returns
-    -------
-    Frame
-
     Raises
     ------
     PretravelError

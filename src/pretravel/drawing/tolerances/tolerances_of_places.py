@@ -81,10 +81,6 @@ def decided_places(
     groups : sequence of DatumWord
     required : float
         Probability at which conformity or nonconformity is proven.
-
-    Returns
-    -------
-    GeometricResult
     """
     frames = _about_stated_axes(
         features, [frame_of(placed, tolerance, groups) for placed in features]

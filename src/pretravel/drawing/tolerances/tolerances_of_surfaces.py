@@ -73,10 +73,6 @@ def decided_surface(
     groups : sequence of DatumWord
     required : float
         Probability at which conformity or nonconformity is proven.
-
-    Returns
-    -------
-    GeometricResult
     """
     if tolerance.material or any(group.at_maximum for group in groups):
         raise PretravelError("a surface has no material condition; its axis or median plane has")

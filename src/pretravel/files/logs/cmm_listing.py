@@ -92,10 +92,6 @@ def read_cmm_listing(source: Source) -> list[ListedFeature]:
     ----------
     source : str, Path or SourceFile
 
-    Returns
-    -------
-    list of ListedFeature
-
     Raises
     ------
     InputError

@@ -35,14 +35,6 @@ def without_searches(found: FileReadings | FilePositions) -> FileReadings | File
     the touches must be pairs, and the second one of each is kept; or each place was touched three
     times (five …), and the last one of each is kept.
 
-    Parameters
-    ----------
-    found : FileReadings or FilePositions
-
-    Returns
-    -------
-    FileReadings or FilePositions
-
     Raises
     ------
     InputError

@@ -74,10 +74,6 @@ def join(
         Both touches of a place that was touched fast and then slowly belong to one target; their
         labels state the feeds.
 
-    Returns
-    -------
-    FileReadings
-
     Raises
     ------
     InputError

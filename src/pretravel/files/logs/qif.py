@@ -60,10 +60,6 @@ def read_point_sets(source: Source) -> list[PointSet]:
     ----------
     source : str, Path or SourceFile
 
-    Returns
-    -------
-    list of PointSet
-
     Raises
     ------
     InputError

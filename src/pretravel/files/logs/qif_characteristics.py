@@ -20,10 +20,6 @@ _DEGREES = {"degree": 1.0, "deg": 1.0, "radian": math.degrees(1.0), "rad": math.
 def read_characteristics(file: SourceFile) -> list[FeatureResult]:
     """Read the measured characteristics of a QIF document.
 
-    Parameters
-    ----------
-    file : SourceFile
-
     Returns
     -------
     list of FeatureResult

@@ -23,10 +23,6 @@ _READ = ("Attributes", "Point", "Normal", "Compensated", "ProbeRadius")
 def read_measure_points(document: QifDocument) -> PointSet | None:
     """Read every MeasurePoint of a QIF 2 document.
 
-    Parameters
-    ----------
-    document : QifDocument
-
     Returns
     -------
     PointSet or None

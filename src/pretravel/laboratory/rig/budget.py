@@ -95,10 +95,6 @@ def abbe_component(offset: float, u_tilt: float) -> LengthComponent:
     u_tilt : float
         Standard uncertainty of the turn of the guide over the travel. [rad]
 
-    Returns
-    -------
-    LengthComponent
-
     >>> abbe_component(10.0, 2e-6).source
     'Abbé error (10 mm, 2 µrad)'
     """

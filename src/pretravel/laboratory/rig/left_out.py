@@ -9,12 +9,7 @@ from pretravel.laboratory.rig.calibration import RigCalibration
 
 
 def left_out_sentences(calibration: RigCalibration) -> list[str]:
-    """What was left out of a calibration, and the effect of the outliers on it.
-
-    Parameters
-    ----------
-    calibration : RigCalibration
-    """
+    """What was left out of a calibration, and the effect of the outliers on it."""
     sentences = []
     if calibration.excluded:
         sentences.append(f"left out as requested: {', '.join(calibration.excluded)}")

@@ -35,10 +35,6 @@ def rig_traces(places: Sequence[Path | str]) -> list[Path]:
     places : sequence of Path or str
         Files, folders, names with wildcards.
 
-    Returns
-    -------
-    list of Path
-
     Raises
     ------
     InputError
@@ -161,14 +157,6 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
     Empty cells are zero. A column ``dof`` states degrees of freedom, infinite where it is empty; a
     column ``remark`` is for people.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    tuple of LengthComponent
-
     Raises
     ------
     InputError
@@ -207,10 +195,6 @@ def read_scale_check(path: str | Path) -> ScaleCheck:
     ----------
     path : str or Path
         ``run`` may be left out: one run.
-
-    Returns
-    -------
-    ScaleCheck
 
     Raises
     ------

@@ -82,10 +82,6 @@ def check_scale(
     run : (n,) int, optional
         Number of the run of each reading; each has its own zero. One run when not given.
 
-    Returns
-    -------
-    ScaleCheck
-
     Raises
     ------
     PretravelError

@@ -179,10 +179,6 @@ def at_reference_temperature(trace: RigTrace, temperature: float, expansion: flo
     expansion : float
         Coefficient of thermal expansion of the ruler. [1/K]
 
-    Returns
-    -------
-    RigTrace
-
     Notes
     -----
     The paper subtracts alpha ΔT L0. But an expanded ruler shows too few divisions, so that

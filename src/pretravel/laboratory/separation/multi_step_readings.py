@@ -233,14 +233,6 @@ class MultiStepDesign:
 def multi_step_design(readings: MultiStepReadings) -> MultiStepDesign:
     """The equations of readings.
 
-    Parameters
-    ----------
-    readings : MultiStepReadings
-
-    Returns
-    -------
-    MultiStepDesign
-
     >>> readings = MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], [0.0, 1e-3, 1e-3, 2e-3])
     >>> multi_step_design(readings).rank
     3
@@ -308,10 +300,6 @@ def counted_the_other_way(readings: MultiStepReadings) -> MultiStepReadings:
     ----------
     readings : MultiStepReadings
         Machine and probe have the same directions, numbered 1 to n around the circle.
-
-    Returns
-    -------
-    MultiStepReadings
 
     Raises
     ------

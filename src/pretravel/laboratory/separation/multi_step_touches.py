@@ -75,10 +75,6 @@ def readings_of_touches(
     axis : (3,) float
         The probe's +z in the machine frame.
 
-    Returns
-    -------
-    MultiStepTouches
-
     Raises
     ------
     PretravelError

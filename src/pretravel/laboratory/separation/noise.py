@@ -95,10 +95,6 @@ def noise_tails(
         Its common level does not matter.
     gross : bool
         Whether some of the readings may have gross errors.
-
-    Returns
-    -------
-    NoiseTails
     """
     # Shrunk scales of few readings, most of which agree, can add up to less than zero.
     squared_scale = np.maximum(scale.squared, _LEAST_SCALE * float(np.mean(np.abs(scale.squared))))

@@ -164,10 +164,6 @@ def plan_separation(
     u_variance : float, optional
         Required relative standard uncertainty of the variance of each direction.
 
-    Returns
-    -------
-    SeparationPlan
-
     Raises
     ------
     PretravelError

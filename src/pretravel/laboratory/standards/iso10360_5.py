@@ -111,10 +111,6 @@ def check_iso10360_5(
     limits : mapping, optional
         Maximum permissible errors by "form" and "size". [mm]
 
-    Returns
-    -------
-    StandardCheck
-
     Raises
     ------
     PretravelError

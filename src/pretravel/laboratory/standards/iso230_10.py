@@ -69,10 +69,6 @@ def check_iso230_10(
     limits : mapping, optional
         By "form2d", "form3d" and "repeatability". [mm]
 
-    Returns
-    -------
-    StandardCheck
-
     Raises
     ------
     PretravelError

@@ -271,10 +271,6 @@ class Standard:
 def refuse_turned_spindle(touches: Touches) -> None:
     """Refuse touches at several orientations of the spindle, where a test needs one.
 
-    Parameters
-    ----------
-    touches : Touches
-
     Raises
     ------
     PretravelError
@@ -300,11 +296,6 @@ def refuse_other_unit(touches: Touches, sphere: CalibratedSphere) -> None:
     """Refuse touches whose spread does not fit the sphere: inches taken for mm, or the reverse.
 
     Touches on a sphere spread over about its diameter and that of the tip; an inch is 25.4 mm.
-
-    Parameters
-    ----------
-    touches : Touches
-    sphere : CalibratedSphere
 
     Raises
     ------

@@ -13,10 +13,6 @@ from pretravel.laboratory.standards.standard_check import StandardCheck
 def standard_figures(check: StandardCheck) -> list[dict[str, Any]]:
     """The figures of a test, each as values by column; no limit is None.
 
-    Parameters
-    ----------
-    check : StandardCheck
-
     Returns
     -------
     list of dict

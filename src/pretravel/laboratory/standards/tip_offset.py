@@ -90,10 +90,6 @@ def fit_tip_offset(angles: FloatArray, centers: FloatArray) -> TipOffset:
     centers : (k, 2) float
         Of the circle as it was found at each orientation, across the probe's axis. [mm]
 
-    Returns
-    -------
-    TipOffset
-
     Raises
     ------
     PretravelError
@@ -125,10 +121,6 @@ def fit_tip_offset(angles: FloatArray, centers: FloatArray) -> TipOffset:
 
 def turns_the_other_way(found: TipOffset) -> bool:
     """Whether the centres fit clearly better if the angles are counted clockwise.
-
-    Parameters
-    ----------
-    found : TipOffset
 
     Returns
     -------

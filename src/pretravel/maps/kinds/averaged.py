@@ -116,10 +116,6 @@ class AveragedBasis(MapBasis):
 def stored_parts(stored: StoredBasis) -> list[tuple[str, StoredBasis]]:
     """The stored parts of an averaged basis, each with its kind.
 
-    Parameters
-    ----------
-    stored : StoredBasis
-
     Returns
     -------
     list of (str, StoredBasis)

@@ -233,10 +233,6 @@ def fit_harmonic(
         Of an earlier fit, which are kept; else they are estimated.
     near : Amplitudes, optional
         Of an earlier fit to similar touches, at which their search begins.
-
-    Returns
-    -------
-    HarmonicMapFit
     """
     from pretravel.maps.harmonic_regression import fit_harmonics
 

@@ -87,14 +87,6 @@ class Brep:
 def parse_brep(text: str) -> Brep:
     """Read the kernel's text form.
 
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    Brep
-
     Raises
     ------
     PretravelError

@@ -113,10 +113,6 @@ def read_curve(tokens: Tokens, dimensions: int) -> Curve:
     dimensions : int
         2 for a curve in the parameters of a surface, 3 for one in space.
 
-    Returns
-    -------
-    Curve
-
     Raises
     ------
     PretravelError
@@ -178,14 +174,6 @@ def _knots(tokens: Tokens, count: int, degree: int, periodic: bool) -> FloatArra
 
 def read_surface(tokens: Tokens) -> SurfaceRecord:
     """The surface at which the tokens stand.
-
-    Parameters
-    ----------
-    tokens : Tokens
-
-    Returns
-    -------
-    SurfaceRecord
 
     Raises
     ------

@@ -137,10 +137,6 @@ class Part:
         spacing : float
             Wanted distance between neighbours. It is reduced to 1/150 of the size of the part, and
             increased where there would be too many points. [mm]
-
-        Returns
-        -------
-        Cloud
         """
         a, b, c = np.maximum(self.box[1] - self.box[0], 1e-6)
         finest = math.sqrt(2.0 * (a * b + b * c + c * a) / _MOST_POINTS)

@@ -73,10 +73,6 @@ _UNREADABLE = (
 def part_key(path: Path) -> str:
     """Digest of a CAD file's name and content, of this version and of the kernel's.
 
-    Parameters
-    ----------
-    path : Path
-
     Returns
     -------
     str

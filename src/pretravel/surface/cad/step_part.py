@@ -59,10 +59,6 @@ def part_from_content(content: CadContent, path: Path) -> Part:
     path : Path
         Of the file, for its name and for messages.
 
-    Returns
-    -------
-    Part
-
     Raises
     ------
     InputError

@@ -67,10 +67,6 @@ def read_step(path: str | Path) -> CadContent:
 def read_step_solids(path: str | Path) -> list[Any]:
     """Read the solids of a STEP file as objects of the CAD kernel, to be meshed.
 
-    Parameters
-    ----------
-    path : str or Path
-
     Returns
     -------
     list of netgen.occ.Solid

@@ -66,10 +66,6 @@ _ASIDE = re.compile(rb"'[^']*(?:'|\Z)|/\*.*?(?:\*/|\Z)", re.DOTALL)
 def with_names(text: bytes) -> tuple[bytes, int]:
     """The text of a STEP file in which every item of geometry has a name, if only an empty one.
 
-    Parameters
-    ----------
-    text : bytes
-
     Returns
     -------
     text : bytes
@@ -101,10 +97,6 @@ def with_names(text: bytes) -> tuple[bytes, int]:
 
 def without_pmi(text: bytes) -> bytes:
     """The text of a STEP file in which datums, dimensions and tolerances have unknown names.
-
-    Parameters
-    ----------
-    text : bytes
 
     Returns
     -------

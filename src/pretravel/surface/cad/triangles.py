@@ -47,10 +47,6 @@ def face_triangles(face: Face, *, faces: int = 1) -> FaceTriangles:
     face : Face
     faces : int
         Number of faces that are shown together: the more, the coarser.
-
-    Returns
-    -------
-    FaceTriangles
     """
     from scipy.spatial import Delaunay, QhullError, cKDTree
 

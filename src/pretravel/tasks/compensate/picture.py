@@ -32,7 +32,6 @@ def points_view(
     *,
     nominal: Surface | Part | None = None,
     placement: Placement | None = None,
-    tolerance: tuple[float, float] | None = None,
 ) -> View:
     """Points before and after compensation on their part, pretravel and uncertainty.
 
@@ -44,12 +43,6 @@ def points_view(
         The faces of a CAD file are shown below the points.
     placement : Placement or None
         Of the part in the machine, where the points are in the frame of the machine.
-    tolerance : pair of float or None
-        Smallest and largest allowed deviation along the normal. [mm]
-
-    Returns
-    -------
-    View
     """
     frame: FrameName = "part" if placement is None else "machine"
     body = body_marks(nominal, placement)
@@ -59,7 +52,7 @@ def points_view(
     pretravel = points.pretravel / MICROMETRE
     charts = []
     if points.deviation is not None:
-        charts += _before_and_after(points, body, frame, tolerance)
+        charts += _before_and_after(points, body, frame)
     for name, values in (("pretravel", pretravel), ("standard uncertainty u", u)):
         scale = Scale.of(name, "µm", values)
         dots = SpacePoints(points.positions, values=values, size=6.0, labels=labels)
@@ -69,10 +62,6 @@ def points_view(
 
 def deviation_before(points: Points) -> FloatArray | None:
     """Distance of the points without compensation from the nominal, along the normal.
-
-    Parameters
-    ----------
-    points : Points
 
     Returns
     -------
@@ -101,18 +90,14 @@ def _labels(points: Points) -> tuple[str, ...]:
 
 
 def _before_and_after(
-    points: Points,
-    body: tuple[SpaceMark, ...],
-    frame: FrameName,
-    tolerance: tuple[float, float] | None,
+    points: Points, body: tuple[SpaceMark, ...], frame: FrameName
 ) -> list[SpaceChart]:
     """Deviations as whiskers along the normals, with one magnification and one scale of colours."""
     after, before = points.deviation, deviation_before(points)
     assert after is not None
     foot = points.positions - after[:, None] * points.normals
     both = after if before is None else np.concatenate([before, after])
-    allowed = np.array(tolerance or (0.0, 0.0))
-    factor = magnification(foot, np.concatenate([both, allowed]))
+    factor = magnification(foot, both)
     scale = Scale.of("deviation", "µm", both / MICROMETRE, signed=True)
     charts = []
     for name, deviation in (("before", before), ("after", after)):
@@ -120,43 +105,19 @@ def _before_and_after(
             continue
         colour: Colour = "before" if name == "before" else "after"
         starts, ends = whiskers(foot, points.normals, factor * deviation)
-        marks: list[SpaceMark] = [*body]
-        if tolerance is not None:
-            low, high = (whiskers(foot, points.normals, np.full(len(foot), factor * limit))[1]
-                         for limit in tolerance)  # fmt: skip
-            marks.append(SpaceLines(low, high, "tolerance", "zone", 4.0))
-        marks.append(
-            SpaceLines(starts, ends, f"deviation {name}, magnified {factor:g} times", colour, 1.8)
-        )
-        marks += _ends(ends, deviation, tolerance, _labels(points))
+        words = f"deviation {name}, magnified {factor:g} times"
+        of_whiskers = SpaceLines(starts, ends, words, colour, 1.8)
+        dots = SpacePoints(ends, values=deviation / MICROMETRE, size=5.0, labels=_labels(points))
         charts.append(
             SpaceChart(
                 f"{name}: {_range_text(deviation)}",
-                tuple(marks),
+                (*body, of_whiskers, dots),
                 frame,
                 scale=scale,
                 note="deviation from the nominal, along the normal",
             )
         )
     return charts
-
-
-def _ends(
-    ends: FloatArray,
-    deviation: FloatArray,
-    tolerance: tuple[float, float] | None,
-    labels: tuple[str, ...],
-) -> list[SpaceMark]:
-    """The ends of whiskers, coloured by the deviation; those beyond the tolerance are crossed."""
-    values = deviation / MICROMETRE
-    marks: list[SpaceMark] = [SpacePoints(ends, values=values, size=5.0, labels=labels)]
-    if tolerance is not None:
-        beyond = (deviation < tolerance[0]) | (deviation > tolerance[1])
-        if beyond.any():
-            marks.append(
-                SpacePoints(ends[beyond], "outside the tolerance", "limit", None, "cross", 7.0)
-            )
-    return marks
 
 
 def _range_text(deviation: FloatArray) -> str:
@@ -180,10 +141,6 @@ def touches_view(
     title : str
     surface : Surface, Part or None
         The faces of a CAD file are shown below the touches.
-
-    Returns
-    -------
-    View
     """
     length = travel / MICROMETRE
     labels = tuple(

@@ -35,7 +35,6 @@ def points_document(
     touches_name: str = "",
     nominal: Surface | Part | None = None,
     placement: Placement | None = None,
-    tolerance: tuple[float, float] | None = None,
     warnings: Sequence[str] = (),
     budgets: Sequence[Budget] = (),
 ) -> Document:
@@ -50,22 +49,16 @@ def points_document(
         The picture shows the faces of a CAD file.
     placement : Placement or None
         Of the part in the machine, where the points are in the frame of the machine.
-    tolerance : pair of float or None
-        Smallest and largest allowed deviation along the normal, for the picture. [mm]
     warnings : sequence of str
     budgets : sequence of Budget
         Of the points on average, or of single ones.
-
-    Returns
-    -------
-    Document
     """
     title = f"{touches_name}, compensated" if touches_name else "Compensated points"
 
     def view() -> View:
         from pretravel.tasks.compensate.picture import points_view
 
-        return points_view(points, title, nominal=nominal, placement=placement, tolerance=tolerance)
+        return points_view(points, title, nominal=nominal, placement=placement)
 
     before_and_after = "The part before and after compensation, pretravel and uncertainty"
     picture = Picture(before_and_after, view)
@@ -91,10 +84,6 @@ def summary_document(
     title : str
     warnings : sequence of str
     budgets : sequence of Budget
-
-    Returns
-    -------
-    Document
     """
     figures = [
         KeyFigure("pretravel", _span(summary.pretravel), "µm"),
@@ -140,10 +129,6 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
 
     With a nominal these are deviations from it. Without one the error of a point is not known;
     then they are distances from the compensated points, the errors that the map takes away.
-
-    Parameters
-    ----------
-    points : PointsSummary
 
     Returns
     -------
@@ -231,10 +216,6 @@ def simulation_document(
     surface : Surface, Part or None
         The picture shows the faces of a CAD file.
     warnings : sequence of str
-
-    Returns
-    -------
-    Document
     """
 
     def view() -> View:

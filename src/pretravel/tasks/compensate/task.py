@@ -571,10 +571,6 @@ def compensate_long_table(
         that any correlation produces.
     nominal : Surface, Part or None
 
-    Returns
-    -------
-    LongCompensation
-
     Raises
     ------
     PretravelError

@@ -297,13 +297,7 @@ class PreviewedFiles(Result):
 
 @dataclass(frozen=True, eq=False)
 class ConvertedFeatures(Result):
-    """Results of features from a print-out.
-
-    Attributes
-    ----------
-    features : tuple of FeatureResult
-    text : str
-    """
+    """Results of features from a print-out."""
 
     features: tuple[FeatureResult, ...]
     text: str

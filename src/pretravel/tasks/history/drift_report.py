@@ -97,10 +97,6 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
     history : FolderDrift
     name : str
         Of the folder.
-
-    Returns
-    -------
-    Document
     """
     drift = history.drift
     limit = "twice the rms u of the map" if history.limit_assumed else "given"
@@ -140,16 +136,7 @@ def _time_span(days: float) -> str:
 
 
 def drift_verdict(drift: DriftOverTime) -> str:
-    """What a process engineer asks first: does it drift, and when is the probe due again.
-
-    Parameters
-    ----------
-    drift : DriftOverTime
-
-    Returns
-    -------
-    str
-    """
+    """What a process engineer asks first: does it drift, and when is the probe due again."""
     limit = value_text(drift.limit / MICROMETRE, "µm")
     since = drift.moments[drift.starts[-1]]
     start = drift.starts[-1]
@@ -258,12 +245,7 @@ def _movement(one: QuantityCourse) -> str:
 
 
 def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
-    """The slope of each quantity since the last jump, and the dates.
-
-    Parameters
-    ----------
-    drift : DriftOverTime
-    """
+    """The slope of each quantity since the last jump, and the dates."""
     found = [
         KeyFigure(
             f"trend of {one.quantity.name}", one.course.slope, f"{one.quantity.unit}/day",
@@ -313,12 +295,7 @@ def _kind_words(one: QuantityCourse) -> str:
 
 
 def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
-    """The course of each quantity in each series, and the jumps.
-
-    Parameters
-    ----------
-    drift : DriftOverTime
-    """
+    """The course of each quantity in each series, and the jumps."""
     rows = [
         (drift.moments[start], one)
         for start, courses in zip(drift.starts, drift.courses, strict=True)
@@ -411,12 +388,7 @@ def _days_table(history: FolderDrift) -> Table:
 
 
 def day_columns(history: FolderDrift) -> dict[str, npt.ArrayLike]:
-    """Columns of a file: one row for each file that could be used.
-
-    Parameters
-    ----------
-    history : FolderDrift
-    """
+    """Columns of a file: one row for each file that could be used."""
     terms = [day.terms for day in history.days]
     apart = {b.day for b in history.drift.breaks if b.apart}
     rows = range(len(terms))
@@ -528,27 +500,12 @@ def _gross(history: FolderDrift) -> list[str]:
 
 
 def drift_view(drift: DriftOverTime, title: str = "") -> View:
-    """A chart for each quantity: days with bars, course with its band, limit and dates.
-
-    Parameters
-    ----------
-    drift : DriftOverTime
-    title : str
-
-    Returns
-    -------
-    View
-    """
+    """A chart for each quantity: days with bars, course with its band, limit and dates."""
     return View(title or "History of a probe", drift_charts(drift), 2)
 
 
 def drift_charts(drift: DriftOverTime) -> tuple[PlaneChart, ...]:
-    """The charts of `drift_view`.
-
-    Parameters
-    ----------
-    drift : DriftOverTime
-    """
+    """The charts of `drift_view`."""
     return tuple(_chart(drift, one) for one in drift.quantities)
 
 

@@ -39,10 +39,6 @@ def history_view(
     title : str
     drift : DriftOverTime, optional
         Its charts are below.
-
-    Returns
-    -------
-    View
     """
     charts = () if drift is None else drift_charts(drift)
     return View(title or "History of a probe", (*control_charts(entries), *charts), 1)

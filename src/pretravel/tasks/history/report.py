@@ -30,10 +30,6 @@ def history_document(
         Of the file.
     drift : DriftOverTime, optional
         What the entries show of it.
-
-    Returns
-    -------
-    Document
     """
     title = history_name or "History of a probe"
     changed = sum(bool(entry["changed"]) for entry in entries)

@@ -256,14 +256,7 @@ class History(
 
 @dataclass(frozen=True, eq=False)
 class VerificationHistory(Result):
-    """The verifications of a probe with the drift that they show.
-
-    Attributes
-    ----------
-    task : History
-    entries : tuple of Entry
-    drift : DriftOverTime
-    """
+    """The verifications of a probe with the drift that they show."""
 
     task: History
     entries: tuple[Entry, ...]
@@ -287,13 +280,7 @@ class VerificationHistory(Result):
 
 @dataclass(frozen=True, eq=False)
 class TouchHistory(Result):
-    """Files of touches of many days with the drift that they show.
-
-    Attributes
-    ----------
-    task : History
-    found : FolderDrift
-    """
+    """Files of touches of many days with the drift that they show."""
 
     task: History
     found: FolderDrift

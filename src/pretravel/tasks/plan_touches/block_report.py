@@ -33,10 +33,6 @@ def block_plan_document(plan: BlockPlan, lengths: tuple[float, ...]) -> Document
     plan : BlockPlan
     lengths : tuple of float
         [mm]
-
-    Returns
-    -------
-    Document
     """
     turns = list(dict.fromkeys(np.round(plan.turns / DEGREE, 6).tolist()))
     size = " × ".join(f"{length:g}" for length in lengths)
@@ -73,16 +69,7 @@ def block_plan_document(plan: BlockPlan, lengths: tuple[float, ...]) -> Document
 
 
 def block_plan_view(plan: BlockPlan) -> View:
-    """The touches at each turn from above, with their approaches.
-
-    Parameters
-    ----------
-    plan : BlockPlan
-
-    Returns
-    -------
-    View
-    """
+    """The touches at each turn from above, with their approaches."""
     charts = []
     turns = np.round(plan.turns / DEGREE, 6)
     for turn in dict.fromkeys(turns.tolist()):

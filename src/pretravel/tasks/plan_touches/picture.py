@@ -26,17 +26,7 @@ from pretravel.show import (
 
 
 def touch_plan_view(plan: TouchPlan, title: str = "") -> View:
-    """Standard uncertainty of the map today and with the touches, in the same colours.
-
-    Parameters
-    ----------
-    plan : TouchPlan
-    title : str
-
-    Returns
-    -------
-    View
-    """
+    """Standard uncertainty of the map today and with the touches, in the same colours."""
     highest = float(plan.u_before.max()) / MICROMETRE
     scale = Scale("u of the map", "µm", 0.0, highest)
     planned: dict[str, Any] = dict(

@@ -31,10 +31,6 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
     plan : TouchPlan
     map_name : str
         Of the file of the old map.
-
-    Returns
-    -------
-    Document
     """
     title = f"Touches that keep {map_name or 'a map'} good"
     drift = plan.prior.drift

@@ -138,14 +138,7 @@ class PlanTouches(Reported):
 
 @dataclass(frozen=True, eq=False)
 class PlannedTouches(Result):
-    """A plan of touches with the map that it is for.
-
-    Attributes
-    ----------
-    task : PlanTouches
-    old_map : PretravelMap
-    plan : TouchPlan
-    """
+    """A plan of touches with the map that it is for."""
 
     task: PlanTouches
     old_map: PretravelMap
@@ -188,13 +181,7 @@ class PlannedTouches(Result):
 
 @dataclass(frozen=True, eq=False)
 class PlannedBlock(Result):
-    """A plan of touches on a block.
-
-    Attributes
-    ----------
-    task : PlanTouches
-    plan : BlockPlan
-    """
+    """A plan of touches on a block."""
 
     task: PlanTouches
     plan: BlockPlan

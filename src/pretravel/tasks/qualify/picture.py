@@ -32,11 +32,6 @@ from pretravel.show import (
 def qualification_view(qualification: Qualification, title: str = "") -> View:
     """The map from above and as a body, over azimuth with the touches, and the residuals by place.
 
-    Parameters
-    ----------
-    qualification : Qualification
-    title : str
-
     Returns
     -------
     View

@@ -56,10 +56,6 @@ def reference_document(
     qualified : tuple of Reference and Qualification, or None
         The map of the touches on one of them.
     warnings : sequence of str
-
-    Returns
-    -------
-    Document
     """
     known = [term for term in fit.terms if term.determined]
     words = f"{len(known)} of {len(fit.terms)} terms of the machine are determined"
@@ -206,16 +202,7 @@ def term_columns(fit: ReferenceFit) -> dict[str, npt.ArrayLike]:
 
 
 def reference_view(fit: ReferenceFit) -> View:
-    """Terms of the machine with U, and the residuals in the order of the touches.
-
-    Parameters
-    ----------
-    fit : ReferenceFit
-
-    Returns
-    -------
-    View
-    """
+    """Terms of the machine with U, and the residuals in the order of the touches."""
     charts = []
     for title, unit, start in (
         ("scale and squareness", "µm/m", ("scale", "squareness")),

@@ -72,10 +72,6 @@ def qualification_document(
         Touches that the user left out.
     saved : bool
         Whether the map was written.
-
-    Returns
-    -------
-    Document
     """
     pretravel_map = result.pretravel_map
     title = f"{touches_name}, " if touches_name else "Qualification, "
@@ -144,12 +140,7 @@ def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
 
 
 def assumptions(result: Qualification) -> dict[str, str]:
-    """What of probe and reference was assumed, by the option that states it.
-
-    Parameters
-    ----------
-    result : Qualification
-    """
+    """What of probe and reference was assumed, by the option that states it."""
     axial, assumed = result.setup.axial_pretravel, {}
     usual = axial == AXIAL_PRETRAVEL and result.setup.tip_diameter is not None
     if not result.setup.ring and usual and result.pretravel_map.kind == "harmonic":

@@ -30,12 +30,7 @@ _ACROSS = np.linspace(-1.0, 1.0, 21)
 
 
 def judgement(result: Qualification) -> Judgement:
-    """Whether the probe is good.
-
-    Parameters
-    ----------
-    result : Qualification
-    """
+    """Whether the probe is good."""
     return _NOT_KNOWN if result.grade is None else _GRADES[result.grade]
 
 

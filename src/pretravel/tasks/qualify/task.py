@@ -412,14 +412,7 @@ class _MapResult(Result):
 
 @dataclass(frozen=True, eq=False)
 class QualifiedProbe(_MapResult):
-    """A qualification with the touches that it is of.
-
-    Attributes
-    ----------
-    task : Qualify
-    readings : FileReadings
-    qualification : Qualification
-    """
+    """A qualification with the touches that it is of."""
 
     task: Qualify
     readings: FileReadings
@@ -461,14 +454,7 @@ class QualifiedProbe(_MapResult):
 
 @dataclass(frozen=True, eq=False)
 class UpdatedProbe(_MapResult):
-    """An old map that a few touches brought up to date.
-
-    Attributes
-    ----------
-    task : Qualify
-    readings : FileReadings
-    update : MapUpdate
-    """
+    """An old map that a few touches brought up to date."""
 
     task: Qualify
     readings: FileReadings

@@ -53,10 +53,6 @@ def map_update_document(
         Of the files of the new touches and of the old map.
     warnings : sequence of str
         In addition to those of the result.
-
-    Returns
-    -------
-    Document
     """
     old = prior_name or "an old map"
     title = f"{touches_name or 'New touches'} and {old}"
@@ -166,17 +162,7 @@ def _touches_table(result: MapUpdate) -> Table:
 
 
 def map_update_view(result: MapUpdate, title: str = "") -> View:
-    """The new map, its change, and the touches less the old and the new map.
-
-    Parameters
-    ----------
-    result : MapUpdate
-    title : str
-
-    Returns
-    -------
-    View
-    """
+    """The new map, its change, and the touches less the old and the new map."""
     new = top_view_grid(result.pretravel_map)
     return View(
         title or "An old map brought up to date",

@@ -24,18 +24,7 @@ from pretravel.tasks.history import control_charts
 
 
 def verification_view(result: Verification, entries: Sequence[Entry] = (), title: str = "") -> View:
-    """Differences by place and over the azimuth, and the control chart where there is a history.
-
-    Parameters
-    ----------
-    result : Verification
-    entries : sequence of Entry
-    title : str
-
-    Returns
-    -------
-    View
-    """
+    """Differences by place and over the azimuth, and the control chart where there is a history."""
     difference, u = result.differences / MICROMETRE, result.u_differences / MICROMETRE
     polar, azimuth = angles_deg(result.directions)
     labels = tuple(

@@ -58,10 +58,6 @@ def verification_document(
         Shift of the centre of the reference since the qualification. [mm]
     accepted : Qualification, optional
         With the new map, whose doubts are the user's from now on.
-
-    Returns
-    -------
-    Document
     """
     shifted = _shift_figures(center_moved)
     verdict = "CHANGED" if result.changed else "no change found"
@@ -119,12 +115,7 @@ def _drifted(result: Verification) -> bool:
 
 
 def verification_judgement(result: Verification) -> Judgement:
-    """Whether the probe has changed, in a word.
-
-    Parameters
-    ----------
-    result : Verification
-    """
+    """Whether the probe has changed, in a word."""
     if result.changed:
         return Judgement("bad", "Changed")
     if result.unseen_turn is not None:

@@ -14,10 +14,6 @@ from pretravel.uncertainty import COVERAGE_FACTOR
 def lobe_size(pretravel_map: PretravelMap) -> float:
     """Largest less smallest pretravel around the equator. [mm]
 
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-
     Raises
     ------
     ExtrapolationError
@@ -28,12 +24,7 @@ def lobe_size(pretravel_map: PretravelMap) -> float:
 
 
 def lobes_sentence(comparison: Comparison) -> str:
-    """What the figures of `lobes_figures` hold for, and what stands in none of them.
-
-    Parameters
-    ----------
-    comparison : Comparison
-    """
+    """What the figures of `lobes_figures` hold for, and what stands in none of them."""
     left = {row.method: row.largest for row in comparison.rows if row.where == "equator"}
     anywhere = {row.method: row.largest for row in comparison.rows if row.where == "all"}
     beyond = (

@@ -59,10 +59,6 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
     result : Comparison
     map_name : str
         Of the file with the map.
-
-    Returns
-    -------
-    Document
     """
     title = f"{map_name}: errors after each correction" if map_name else "Errors left"
     place = _places(result)[-1]
@@ -162,11 +158,6 @@ def comparison_columns(result: Comparison) -> dict[str, npt.ArrayLike]:
 
 def comparison_view(result: Comparison, title: str = "") -> View:
     """Errors that corrections leave: over the azimuth, and the largest in each place.
-
-    Parameters
-    ----------
-    result : Comparison
-    title : str
 
     Returns
     -------

@@ -212,14 +212,7 @@ def _normals_of(part: Path) -> npt.ArrayLike:
 
 @dataclass(frozen=True, eq=False)
 class ComparedMap(Result):
-    """Corrections compared with a map.
-
-    Attributes
-    ----------
-    task : Compare
-    pretravel_map : PretravelMap
-    comparison : Comparison
-    """
+    """Corrections compared with a map."""
 
     task: Compare
     pretravel_map: PretravelMap
@@ -256,13 +249,7 @@ class ComparedMap(Result):
 
 @dataclass(frozen=True, eq=False)
 class ComparedProbes(Result):
-    """Two probes and what is predicted of them.
-
-    Attributes
-    ----------
-    task : Compare
-    designs : DesignComparison
-    """
+    """Two probes and what is predicted of them."""
 
     task: Compare
     designs: DesignComparison

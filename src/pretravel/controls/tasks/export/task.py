@@ -346,12 +346,7 @@ class Export(Task):
         return self.exported(read_map(self.map_file, tip_diameter=self.tip_diameter))
 
     def exported(self, pretravel_map: PretravelMap) -> ExportedMap:
-        """Make the files of a map that has been read.
-
-        Parameters
-        ----------
-        pretravel_map : PretravelMap
-        """
+        """Make the files of a map that has been read."""
         from pretravel.controls.control import ExportedFiles
         from pretravel.controls.exports import CONTROLS, table_travel
         from pretravel.controls.map_identity import unknown_size

@@ -55,10 +55,6 @@ def compare_designs(
     model : str
         See `pretravel.prediction.compliance.MODELS`.
 
-    Returns
-    -------
-    DesignComparison
-
     Raises
     ------
     PretravelError

@@ -60,10 +60,6 @@ def design_comparison_document(
     names : two str
     quantity : str
         Of the verdict and the pictures.
-
-    Returns
-    -------
-    Document
     """
     title = f"A: {names[0]}, B: {names[1]}"
     first, second = (_on_walls(trigger) for trigger in triggers)
@@ -125,10 +121,6 @@ def _against(mean: list[float]) -> str:
 
 def results_of(trigger: Trigger) -> dict[str, float]:
     """What a design does, by name with unit.
-
-    Parameters
-    ----------
-    trigger : Trigger
 
     Returns
     -------
@@ -234,10 +226,6 @@ def _percent(a: list[float], b: list[float]) -> list[float]:
 
 def description_of(probe: Probe) -> dict[str, float | str]:
     """The numbers of a description that a prediction depends on, by name with unit.
-
-    Parameters
-    ----------
-    probe : Probe
 
     >>> from pretravel.prediction.catalogue import load_probe
     >>> description_of(load_probe("omp40-2"))["lever / mm"]

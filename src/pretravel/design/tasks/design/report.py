@@ -31,16 +31,7 @@ from pretravel.show import (
 
 
 def design_document(found: FoundDesign) -> Document:
-    """The report of the best design.
-
-    Parameters
-    ----------
-    found : FoundDesign
-
-    Returns
-    -------
-    Document
-    """
+    """The report of the best design."""
     wish = found.wish
     goal, study = wish.goal, wish.study
     before, after = (d.quantities[goal] for d in (found.start, found.best))
@@ -161,10 +152,6 @@ def front_chart(found: FoundDesign) -> PlaneChart:
     ----------
     found : FoundDesign
         With a second goal.
-
-    Returns
-    -------
-    PlaneChart
     """
     names = (found.wish.goal, found.wish.second)
     axes = [Axis(_words(name), shown_unit(known_quantities()[name].unit)) for name in names]

@@ -60,12 +60,7 @@ class Design(Reported):
 
 @dataclass(frozen=True, eq=False)
 class DesignedProbe(Result):
-    """The best design for a specification.
-
-    Attributes
-    ----------
-    found : FoundDesign
-    """
+    """The best design for a specification."""
 
     found: FoundDesign
 

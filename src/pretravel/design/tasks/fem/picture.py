@@ -33,17 +33,7 @@ _DECADES = 3.0
 
 
 def trigger_field_view(field: TriggerField, title: str = "") -> View:
-    """The probe bent at the trigger with its stress, its solids and seats, the seats' forces.
-
-    Parameters
-    ----------
-    field : TriggerField
-    title : str
-
-    Returns
-    -------
-    View
-    """
+    """The probe bent at the trigger with its stress, its solids and seats, the seats' forces."""
     return View(title, (_bent(field), _solids(field), _seat_forces(field)))
 
 

@@ -37,10 +37,6 @@ def finite_elements_document(
     stresses : StressByDirection
         Of that direction first, then of others at its polar angle.
     probe_name : str
-
-    Returns
-    -------
-    Document
     """
     trigger = field.trigger
     polar = value_text(float(polar_angle(trigger.directions)[0]) / DEGREE, "°", significant(6))

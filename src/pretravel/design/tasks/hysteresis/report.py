@@ -46,10 +46,6 @@ def friction_document(cycle: FrictionCycle, probe_name: str, *, assumed: bool = 
     probe_name : str
     assumed : bool
         Whether the friction is neither stated nor in the description.
-
-    Returns
-    -------
-    Document
     """
     touches = cycle.trigger_force.shape[1]
     title = f"{probe_name}, friction {cycle.friction:g}"
@@ -122,17 +118,7 @@ def _direction_table(
 
 
 def friction_view(cycle: FrictionCycle, title: str = "") -> View:
-    """Force over deflection, and hysteresis and drift in each direction.
-
-    Parameters
-    ----------
-    cycle : FrictionCycle
-    title : str
-
-    Returns
-    -------
-    View
-    """
+    """Force over deflection, and hysteresis and drift in each direction."""
     return View(title, (_loops_chart(cycle), _directions_chart(cycle)), 2)
 
 

@@ -45,10 +45,6 @@ def identification_document(found: Identification, *, model: str, map_name: str 
         That was fitted to the map.
     map_name : str
         Of the file with the map.
-
-    Returns
-    -------
-    Document
     """
     title = f"{map_name}, {found.probe.name}" if map_name else found.probe.name
     if not len(found.directions):
@@ -143,10 +139,6 @@ def forces_view(found: Identification, title: str = "") -> View:
     found : Identification
         With forces.
     title : str
-
-    Returns
-    -------
-    View
     """
     assert found.forces is not None
     forces, residuals = found.forces, found.force_residuals
@@ -204,17 +196,7 @@ def _numbers_table(found: Identification) -> Table:
 
 
 def identification_view(found: Identification, title: str = "") -> View:
-    """Map − model of the identified description: by place, and over the polar angle.
-
-    Parameters
-    ----------
-    found : Identification
-    title : str
-
-    Returns
-    -------
-    View
-    """
+    """Map − model of the identified description: by place, and over the polar angle."""
     inside = found.directions @ found.probe.orientation.matrix
     residuals = found.residuals / MICROMETRE
     labels = tuple(direction_words(inside))

@@ -87,13 +87,7 @@ class Identify(Reported):
 
 @dataclass(frozen=True, eq=False)
 class IdentifiedProbe(Result):
-    """A description that fits a map.
-
-    Attributes
-    ----------
-    task : Identify
-    found : Identification
-    """
+    """A description that fits a map."""
 
     task: Identify
     found: Identification

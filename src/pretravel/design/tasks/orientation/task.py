@@ -105,13 +105,7 @@ class MapInOrientation(Reported):
 
 @dataclass(frozen=True, eq=False)
 class TurnedProbe(Result):
-    """A map in another orientation.
-
-    Attributes
-    ----------
-    task : MapInOrientation
-    turned : TurnedMap
-    """
+    """A map in another orientation."""
 
     task: MapInOrientation
     turned: TurnedMap

@@ -36,10 +36,6 @@ def prediction_document(
         That the prediction is of.
     quantity : str
         Of the verdict and the pictures; see `prediction_view`.
-
-    Returns
-    -------
-    Document
     """
     title = f"{probe.name}, model {trigger.model}"
     if probe.seats.friction > 0.0:

@@ -11,16 +11,7 @@ from pretravel.show import Column, Document, KeyFigure, Picture, Table, decimals
 
 
 def catalogue_document(probes: Mapping[str, Probe]) -> Document:
-    """The probes of a catalogue.
-
-    Parameters
-    ----------
-    probes : mapping of str to Probe
-
-    Returns
-    -------
-    Document
-    """
+    """The probes of a catalogue."""
     described = list(probes.values())
     number = significant(6)
     return Document(
@@ -41,16 +32,7 @@ def catalogue_document(probes: Mapping[str, Probe]) -> Document:
 
 
 def probe_document(probe: Probe) -> Document:
-    """The description of a probe.
-
-    Parameters
-    ----------
-    probe : Probe
-
-    Returns
-    -------
-    Document
-    """
+    """The description of a probe."""
     number = significant(6)
     return Document(
         title=probe.name,

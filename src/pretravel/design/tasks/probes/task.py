@@ -61,13 +61,7 @@ class Probes(Task):
 
 @dataclass(frozen=True, eq=False)
 class ShownProbe(Result):
-    """One description: its text is printed, its report is on a page alone.
-
-    Attributes
-    ----------
-    probe : Probe
-    text : str
-    """
+    """One description: its text is printed, its report is on a page alone."""
 
     probe: Probe
     text: str = ""

@@ -35,10 +35,6 @@ _STYLUS: tuple[Colour, ...] = ("series7", "series3", "series1", "series8")
 def probe_view(probe: Probe) -> View:
     """A described probe to scale.
 
-    Parameters
-    ----------
-    probe : Probe
-
     Returns
     -------
     View
@@ -60,13 +56,7 @@ def ball_centers(probe: Probe) -> FloatArray:
 
 
 def space_chart(probe: Probe, title: str = "in space") -> SpaceChart:
-    """The solids of a description in space, and the force of the spring.
-
-    Parameters
-    ----------
-    probe : Probe
-    title : str
-    """
+    """The solids of a description in space, and the force of the spring."""
     marks: list[SpaceMark] = [
         _mesh(joined([cylinder_mesh(*ends, probe.tripod.rod_radius) for ends in _rods(probe)]),
               "rods", _RODS),

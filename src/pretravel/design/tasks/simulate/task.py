@@ -258,17 +258,7 @@ class Simulate(PlacedPart, Reported):
 
 @dataclass(frozen=True, eq=False)
 class SimulatedPart(Result):
-    """Simulated touches on a surface.
-
-    Attributes
-    ----------
-    task : Simulate
-    title : str
-    shape : Surface or Part
-    simulated : SimulationResult
-    placement : Placement
-    warnings : tuple of str
-    """
+    """Simulated touches on a surface."""
 
     task: Simulate
     title: str

@@ -60,10 +60,6 @@ def slide_document(
     lateral_pretravel, pretravel : float
         Of the same touch solved without steps: with the lateral deflection alone, and with
         every elastic part; not a number where there is no solution. [mm]
-
-    Returns
-    -------
-    Document
     """
     last = int(np.argmax(history.feed))
     triggers = bool(history.triggered.any())
@@ -130,10 +126,6 @@ def slide_view(history: SlideHistory, surface: Surface, title: str = "") -> View
     surface : Surface
         That it slid on.
     title : str
-
-    Returns
-    -------
-    View
     """
     charts: tuple[Chart, ...] = (
         slide_chart(history, surface),
@@ -258,10 +250,6 @@ def slide_step_figures(history: SlideHistory, step: int) -> tuple[KeyFigure, ...
     step : int
         From 1.
 
-    Returns
-    -------
-    tuple of KeyFigure
-
     Raises
     ------
     PretravelError
@@ -347,18 +335,7 @@ def _from_zero(values: FloatArray) -> FloatArray:
 
 
 def slide_chart(history: SlideHistory, surface: Surface, title: str = "") -> SpaceChart:
-    """The path of the contact on a patch of the surface, in µm from its first point.
-
-    Parameters
-    ----------
-    history : SlideHistory
-    surface : Surface
-    title : str
-
-    Returns
-    -------
-    SpaceChart
-    """
+    """The path of the contact on a patch of the surface, in µm from its first point."""
     way = (history.contact - history.start) / MICROMETRE
     reach = 0.8 * max(float(np.linalg.norm(way, axis=1).max()), 2.0)
     patch = _patch(history, surface, way, reach)

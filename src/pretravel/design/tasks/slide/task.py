@@ -125,16 +125,7 @@ class Slide(Reported):
 
 @dataclass(frozen=True, eq=False)
 class FollowedSlide(Result):
-    """A touch step by step.
-
-    Attributes
-    ----------
-    task : Slide
-    probe : Probe
-    shape : Surface
-    tip : PredictedTip
-    history : SlideHistory
-    """
+    """A touch step by step."""
 
     task: Slide
     probe: Probe

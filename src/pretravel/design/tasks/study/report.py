@@ -71,10 +71,6 @@ def study_document(results: StudyResults, quantity: QuantityWord = "pretravel") 
     ------
     PretravelError
         A study without outputs of this quantity.
-
-    Returns
-    -------
-    Document
     """
     main = main_output(results, quantity)
     failed = int(np.sum(~results.succeeded))

@@ -43,10 +43,6 @@ def alignment_document(
         As they were stated.
     warnings : sequence of str
         In addition to those that follow from the alignment.
-
-    Returns
-    -------
-    Document
     """
     part = alignment.part
     title = f"{touches_name}, aligned on {part.name}" if touches_name else part.name

@@ -213,10 +213,6 @@ def check_budget(
         Diameter [mm] and touches of the bore.
     rng : numpy.random.Generator or int, optional
 
-    Returns
-    -------
-    BudgetCheck
-
     Raises
     ------
     PretravelError

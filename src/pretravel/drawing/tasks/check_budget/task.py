@@ -169,14 +169,7 @@ def _qualified(task: CheckBudget, readings: FileReadings, touches: Touches) -> Q
 
 @dataclass(frozen=True, eq=False)
 class CheckedBudget(Result):
-    """How often U contained the error.
-
-    Attributes
-    ----------
-    task : CheckBudget
-    readings : FileReadings
-    check : BudgetCheck
-    """
+    """How often U contained the error."""
 
     task: CheckBudget
     readings: FileReadings

@@ -7,12 +7,7 @@ from pretravel.show import Column, Document, Picture, Section, Table, part_view
 
 
 def drawing_document(model: ModelDrawing) -> Document:
-    """The report.
-
-    Parameters
-    ----------
-    model : ModelDrawing
-    """
+    """The report."""
     name = model.part.name
     pictures = (Picture("Faces and their numbers", lambda: part_view(model.part)),)
     if not model.has_pmi:

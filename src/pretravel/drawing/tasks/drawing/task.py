@@ -49,12 +49,7 @@ class ReadDrawing(Reported):
 
 @dataclass(frozen=True, eq=False)
 class FoundDrawing(Result):
-    """The drawing that a model carries.
-
-    Attributes
-    ----------
-    model : ModelDrawing
-    """
+    """The drawing that a model carries."""
 
     model: ModelDrawing
 

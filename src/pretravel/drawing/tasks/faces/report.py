@@ -83,10 +83,6 @@ def faces_document(part: Part, columns: Mapping[str, npt.ArrayLike]) -> Document
     part : Part
     columns : mapping of str to values
         Of `faces_table`.
-
-    Returns
-    -------
-    Document
     """
     values = {name: np.asarray(column).tolist() for name, column in columns.items()}
     words = [_type_words(part, place) for place in range(len(part.faces))]

@@ -244,12 +244,7 @@ def _line(
 
 
 def is_one_sided(quantity: Quantity) -> bool:
-    """Whether the errors of the points alone can explain a value, so that it has no lower bound.
-
-    Parameters
-    ----------
-    quantity : Quantity
-    """
+    """Whether the errors of the points alone can explain a value, so that it has no lower bound."""
     return quantity.ends is not None and quantity.ends[0] <= 0.0
 
 
@@ -284,12 +279,7 @@ TITLE_OF_LINES = "Tolerances"
 
 
 def lines_table(lines: Sequence[ToleranceLine]) -> Table:
-    """The lines as a table of words; a verdict has its sign.
-
-    Parameters
-    ----------
-    lines : sequence of ToleranceLine
-    """
+    """The lines as a table of words; a verdict has its sign."""
     return Table(
         (
             Column.of("feature", [line.feature for line in lines]),

@@ -45,11 +45,6 @@ _GAP = 0.5 * np.pi  # a larger one between the first and the last point is not c
 def features_view(features: Sequence[InspectedFeature], title: str = "") -> View:
     """Distances of the points from the compensated feature, with the tolerance.
 
-    Parameters
-    ----------
-    features : sequence of InspectedFeature
-    title : str
-
     Returns
     -------
     View
@@ -87,10 +82,6 @@ def verdicts_view(
         With the faces of their points.
     lines : sequence of ToleranceLine
         The worst one gives a feature its sign.
-
-    Returns
-    -------
-    View
     """
     from pretravel.show import body_marks
 

@@ -91,10 +91,6 @@ def features_document(
         Of a laboratory that may have compared the rule of decisions with its standard.
     warnings : sequence of str
         In addition to those that follow from the features.
-
-    Returns
-    -------
-    Document
     """
     title = f"{points_name}, features" if points_name else "Features"
 
@@ -213,13 +209,7 @@ class FeatureRow:
 def feature_rows(
     features: Sequence[InspectedFeature], relations: Sequence[FeatureRelation] = ()
 ) -> list[FeatureRow]:
-    """Sizes, forms and distances of features, without angles and positions.
-
-    Parameters
-    ----------
-    features : sequence of InspectedFeature
-    relations : sequence of FeatureRelation
-    """
+    """Sizes, forms and distances of features, without angles and positions."""
     rows = []
     for inspected in features:
         decided = {c.name: c for c in inspected.conformities}

@@ -331,10 +331,6 @@ def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -
     found : mapping of str to sequence of QuantityByTrials
         By the name of the feature.
     trials : int
-
-    Returns
-    -------
-    Table
     """
     rows = [(name, one) for name, each in found.items() for one in each]
     scale = [1.0 / DEGREE if one.quantity.angle else 1.0 for _, one in rows]

@@ -31,10 +31,6 @@ def plan_document(plan: InspectionPlan, surface: Surface | Part, title: str = ""
     surface : Surface or Part
     title : str
         Of the picture.
-
-    Returns
-    -------
-    Document
     """
     steepest = math.acos(float(np.clip(plan.normal[:, 2].min(), -1.0, 1.0))) / DEGREE
     polar = value_text(steepest, "°", decimals(1))
@@ -49,18 +45,7 @@ def plan_document(plan: InspectionPlan, surface: Surface | Part, title: str = ""
 
 
 def plan_view(plan: InspectionPlan, surface: Surface | Part, title: str = "") -> View:
-    """Targets on their surface, with their normals.
-
-    Parameters
-    ----------
-    plan : InspectionPlan
-    surface : Surface or Part
-    title : str
-
-    Returns
-    -------
-    View
-    """
+    """Targets on their surface, with their normals."""
     body = body_marks(surface)
     cloud = np.concatenate([plan.point, surface.box]) if isinstance(surface, Part) else plan.point
     length = 0.06 * (float(np.linalg.norm(np.ptp(cloud, axis=0))) or 1.0)

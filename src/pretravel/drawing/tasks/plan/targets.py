@@ -133,14 +133,7 @@ class PlanTargets(Reported):
 
 @dataclass(frozen=True, eq=False)
 class PlannedPoints(Result):
-    """Points of a surface to touch.
-
-    Attributes
-    ----------
-    task : PlanTargets
-    shape : Surface or Part
-    chosen : InspectionPlan
-    """
+    """Points of a surface to touch."""
 
     task: PlanTargets
     shape: Surface | Part

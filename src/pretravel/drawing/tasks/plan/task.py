@@ -137,14 +137,7 @@ class PlanForDrawing(PlanTargets):
 
 @dataclass(frozen=True)
 class PlannedDrawing(Result):
-    """The touches of a drawing.
-
-    Attributes
-    ----------
-    task : PlanForDrawing
-    part : Part
-    found : NeededTouches
-    """
+    """The touches of a drawing."""
 
     task: PlanForDrawing
     part: Part

@@ -32,11 +32,6 @@ from pretravel.show import (
 def check_view(check: StandardCheck, title: str = "") -> View:
     """Residuals of the fitted spheres or circles, at the places of their touches.
 
-    Parameters
-    ----------
-    check : StandardCheck
-    title : str
-
     Returns
     -------
     View
@@ -146,10 +141,6 @@ def _circles(radius: float) -> SpaceLines:
 
 def tip_offset_chart(found: TipOffset) -> PlaneChart:
     """The tip off the axis of the spindle, as each orientation shows it.
-
-    Parameters
-    ----------
-    found : TipOffset
 
     Returns
     -------

@@ -60,10 +60,6 @@ def standards_document(
     method : sequence of str
         What was done, and whether its definitions were compared with the text of the standard.
     warnings : sequence of str
-
-    Returns
-    -------
-    Document
     """
     title = f"{touches_name}: {check.standard}" if touches_name else check.standard
     budgets = (*check.budgets, *(() if sphere is None else (sphere.budget,)))

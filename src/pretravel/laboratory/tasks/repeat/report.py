@@ -99,16 +99,7 @@ def _width(judged: RepeatSeries) -> float:
 
 
 def answer_sentence(judged: RepeatSeries) -> str:
-    """The answer to: and if I touch once more?
-
-    Parameters
-    ----------
-    judged : RepeatSeries
-
-    Returns
-    -------
-    str
-    """
+    """The answer to: and if I touch once more?"""
     if not math.isfinite(judged.reach):
         return (
             "the touches are equal to the last digit: the noise is below the step of the "
@@ -285,10 +276,6 @@ def repeat_view(series: Sequence[NamedSeries]) -> View:
     ----------
     series : sequence of NamedSeries
         Of many the first ones are shown.
-
-    Returns
-    -------
-    View
     """
     charts = []
     for name, judged, _ in series[:_MOST_CHARTS]:

@@ -138,14 +138,7 @@ class JudgedSeries:
 
 @dataclass(frozen=True, eq=False)
 class JudgedLogs(Result):
-    """What the logs say.
-
-    Attributes
-    ----------
-    title : str
-    series : tuple of JudgedSeries
-    logs : tuple of RepeatLog
-    """
+    """What the logs say."""
 
     title: str
     series: tuple[JudgedSeries, ...]

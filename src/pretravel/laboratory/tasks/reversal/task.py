@@ -60,14 +60,7 @@ class Reversal(TouchFilesWithFeed, OfOneTip, Reported):
 
 @dataclass(frozen=True, eq=False)
 class ReversedTouches(Result):
-    """Means of touches at two orientations, and what they are rid of.
-
-    Attributes
-    ----------
-    task : Reversal
-    readings : FileReadings
-    evaluated : ReversedPairs
-    """
+    """Means of touches at two orientations, and what they are rid of."""
 
     task: Reversal
     readings: FileReadings

@@ -63,10 +63,6 @@ def certificate_document(
         Of the touches of the calibration, in their order.
     warnings : sequence of str
         What keeps it from being a certificate to hand out, and irregularities of the traces.
-
-    Returns
-    -------
-    Document
     """
     calibration = certificate.calibration
     stated = certificate.statements

@@ -85,10 +85,6 @@ def rig_document(
     warnings : sequence of str
     forces : n floats, optional
         Trigger force of each touch, where a description of the probe determines it. [N]
-
-    Returns
-    -------
-    Document
     """
     title = (
         f"{len(calibration.touches)} touch{'es' if len(calibration.touches) > 1 else ''} on the rig"
@@ -612,10 +608,6 @@ def trace_view(trace: RigTrace, touch: RigTouch) -> View:
     trace : RigTrace
     touch : RigTouch
         Of this trace.
-
-    Returns
-    -------
-    View
     """
     return View(trace.name, (_whole_trace(trace), _signals(trace), _contact(trace, touch)))
 

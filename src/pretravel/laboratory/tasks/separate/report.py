@@ -67,10 +67,6 @@ def separation_document(
     pairs : pairs of machine and probe
         Whose variance is wanted.
     warnings : sequence of str
-
-    Returns
-    -------
-    Document
     """
     title = f"{readings_name}: machine and probe" if readings_name else "Machine and probe"
     return Document(
@@ -207,16 +203,7 @@ def _direction_table(result: Separation) -> Table:
 
 
 def separation_plan_document(plan: SeparationPlan) -> Document:
-    """The report of a planned multi-step test.
-
-    Parameters
-    ----------
-    plan : SeparationPlan
-
-    Returns
-    -------
-    Document
-    """
+    """The report of a planned multi-step test."""
     turns = ", ".join(f"{360.0 * step / plan.directions:g}" for step in plan.steps)
     u_variance = (
         "not determined"
@@ -250,15 +237,6 @@ def model_view(result: Separation, title: str = "") -> View:
     An orientation has one difference between the numbers of machine and probe. Shown are those
     with the most readings, spread over all of them.
 
-    Parameters
-    ----------
-    result : Separation
-    title : str
-
-    Returns
-    -------
-    View
-
     References
     ----------
     Nafi and Mayer 2011, Figure 3.
@@ -289,17 +267,7 @@ def model_view(result: Separation, title: str = "") -> View:
 
 
 def separation_view(result: Separation, title: str = "") -> View:
-    """Errors and variances of machine and probe over the directions.
-
-    Parameters
-    ----------
-    result : Separation
-    title : str
-
-    Returns
-    -------
-    View
-    """
+    """Errors and variances of machine and probe over the directions."""
     charts = []
     sides: tuple[tuple[str, IntArray, FloatArray, FloatArray, FloatArray, FloatArray, Colour], ...]
     sides = (

@@ -360,12 +360,7 @@ class PlanSeparation(Task):
 
 @dataclass(frozen=True, eq=False)
 class PlannedSeparation(Result):
-    """A planned multi-step test.
-
-    Attributes
-    ----------
-    plan : SeparationPlan
-    """
+    """A planned multi-step test."""
 
     plan: SeparationPlan
 
