@@ -127,7 +127,7 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
     file = opened(path)
     if not any(name in file.content for name in (b"polar_deg", b"pretravel_um")):
         raise file.error(
-            "this is no map: a table of a map has the columns polar_deg, azimuth_deg and "
+            "this is not a map: a table of a map has the columns polar_deg, azimuth_deg and "
             "pretravel_um. A map is made from touches by a qualification"
         )
     table = read_csv_table(file)

@@ -102,7 +102,7 @@ class TestMapFiles:
 
     def test_touches_are_no_map(self, tmp_path: Path) -> None:
         (tmp_path / "t.csv").write_text("T;X;Y;Z\n7;1,5;2;3\n")
-        with pytest.raises(InputError, match="this is no map: a table of a map has the columns"):
+        with pytest.raises(InputError, match="this is not a map: a table of a map has the columns"):
             read_map(tmp_path / "t.csv")
 
     @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.6, 0.0, -0.8)])
