@@ -13,6 +13,7 @@ import numpy as np
 from pretravel.base import MICROMETRE, BoolArray, FloatArray, InputError, IntArray, RowError
 from pretravel.files.file_format import FilePositions, FileReadings, labels_or_numbers
 from pretravel.files.logs.double_touches import follows_its_search
+from pretravel.files.source_file import first_few
 from pretravel.touches import Targets, Touches, label_prefix
 
 ACROSS = 0.05
@@ -433,7 +434,8 @@ def _untouched(lines: _TargetLines, owners: IntArray) -> str:
     empty = [rows for rows in lines.repeats if not seen.intersection(rows)]
     if not empty:
         return ""
-    return f"{len(empty)} of {len(lines.repeats)} places of the plan have no reading"
+    shown = first_few(lines.labels[rows[0]] for rows in empty)
+    return f"{len(empty)} of {len(lines.repeats)} places of the plan have no reading: {shown}"
 
 
 def _misses_elsewhere(found: FilePositions, owners: IntArray) -> list[str]:
