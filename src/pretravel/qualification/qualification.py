@@ -234,7 +234,9 @@ class Qualification(ShownInNotebooks, WithPlot):
         """What improves the map most; empty where the map is ready for use."""
         made, observation = self.pretravel_map, self.fit.observation
         if self.outliers:
-            return "touch the places of the outliers again, or exclude these touches"
+            left = all(each.left_out for each in self.outliers)
+            then = ", which the map leaves out" if left else ", or exclude these touches"
+            return f"touch the places of the outliers again{then}"
         if self.effects.step >= COARSE_STEP:
             return "write the positions with more digits, then touch and qualify again"
         if observation.direction_count < _USUAL_DIRECTIONS and not observation.ring:

@@ -214,7 +214,7 @@ class PlacedPart(Task):
         str | None,
         Field(
             help="Placement of the part in the machine (mm, degrees, or the .json file of "
-            "pretravel align); give the frame of the touches, too. Rotations are about the "
+            "pretravel align). Where it is typed, also state the frame. Rotations are about the "
             "machine's axes, in that order; the probe is not rotated.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,

@@ -108,7 +108,8 @@ def test_copies_future_dates_and_conditions_of_days_are_named(tmp_path: Path) ->
 def test_a_jump_begins_the_trend_anew(tmp_path: Path) -> None:
     logs, table = month(tmp_path / "logs", 14, jump=(8, 0.005)), tmp_path / "h.csv"
     told, _ = both_outputs("history", logs, *SPHERE, "--limit", 3, "-o", table, "--verbose")
-    assert told.startswith("since the jump of 2026-03-09: no drift is detected")
+    jump = "since the jump of 2026-03-09 (qualify now if you have not since)"
+    assert told.startswith(f"{jump}: no drift is detected")
     assert "jump: the trend starts again" in told
     assert "The map was made from sphere_2026-03-01.csv: the row" in " ".join(told.split())
     assert [row["series"] for row in rows(table)] == 8 * ["1"] + 6 * ["2"]
@@ -170,7 +171,7 @@ def test_what_a_terminal_would_obey_is_shown_as_text(
     ("words", "message"),
     [
         (("{0}/logs",), "needs the calibrated diameter.*--diameter"),
-        (("{0}/probe.jsonl", "--diameter", 25), "not used with verifications.*--diameter"),
+        (("{0}/probe.jsonl", "--diameter", 25), "not used with a file of verifications.*--diameter"),
         (("{0}/logs", "--diameter", 25, "--map", "{0}/m.json", "--kind", "harmonic"),
          "the map gives it"),
         (("{0}/empty", "--diameter", 25), "the folder has no file of touches"),

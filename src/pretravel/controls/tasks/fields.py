@@ -12,7 +12,8 @@ ToolOfSubroutines: TypeAlias = Annotated[
     int | None,
     Field(
         help="Number of the probe in the tool table of LinuxCNC. Cycles stop if another tool is in "
-        "the spindle or another length is active; without a number, if any tool length is active.",
+        "the spindle or another length is active; without a number they stop if any tool length "
+        "is active.",
         range=(1, 99_999),
         metavar="NUMBER",
         label="Tool number of the probe",
@@ -23,7 +24,7 @@ StylusOfSubroutines: TypeAlias = Annotated[
     float,
     Field(
         help="Length of the stylus from the tip's centre to the probe's body, in mm; the default "
-        "is 50. Cycles stop if the tip could go deeper than a fifth of this length.",
+        "is 50. Cycles stop if a move could push the tip deeper than a fifth of this length.",
         range=(1.0, 1000.0),
         unit="mm",
         label="Length of the stylus",

@@ -8,12 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from pretravel.base import FloatArray, IntArray
-from pretravel.drawing.features.form_of_part import MANY_SHAPES, Family, Shapes
+from pretravel.drawing.features.form_of_part import LOBES, MANY_SHAPES, Family, Shapes
 from pretravel.measurement import Association
 from pretravel.uncertainty import across
 
-LOBES = range(2, 13)
-"""Numbers of lobes of a round surface that are tried."""
 _ORDERS = (2, 3, 4)  # of polynomials on a plane, beyond its tilt
 _LENGTHS = {"longer than the face": 2.0, "of half the face": 1.0, "of a quarter of the face": 0.5}
 """Over which the form of a face is correlated, in halves of the face."""

@@ -34,6 +34,8 @@ _SEEN_AT_ALL = 0.1  # of the largest shape of a family
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
 _MOST_FILLED = 0.5  # largest share of the degrees of freedom that a feature's family takes
 _FAR_BEYOND = 3.0  # times the errors: residuals from which it matters what they are
+LOBES = range(2, 13)
+"""Numbers of lobes of a round surface that are tried."""
 _MANY_LOBES = 10  # more than chucks, drills and reamers leave: a note, not a warning
 _MOST_TOUCHES = 50_000  # more are taken as rough alone
 _ROUGHEST = 10.0 * MICROMETRE
@@ -225,7 +227,8 @@ class FormOfPart:
         counts = " or ".join(", ".join(map(str, lobes)).rsplit(", ", 1))
         of_what = "size" if lobes else "size, direction"
         where = "these places" if self.place is None else f"{int(self.place.max()) + 1} places"
-        words = [f"{counts} lobes"] if lobes else []
+        more = " or more" if lobes and lobes[-1] == LOBES[-1] else ""
+        words = [f"{counts} lobes{more}"] if lobes else []
         words += [text for text in self.hidden if not text.endswith(" lobes")]
         return (
             f"{touches} touches at {where} cannot reveal a form of {' or '.join(words)}, "

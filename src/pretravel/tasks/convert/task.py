@@ -59,7 +59,7 @@ def _is_no_page(path: object) -> bool:
     return Path(str(path)).suffix.lower() not in PAGES
 
 
-_WRITTEN = When("output", is_so=_is_no_page, what="an output that is not a page")
+_WRITTEN = When("output", is_so=_is_no_page, what="an output of data")
 
 
 class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, ("features",))):
@@ -91,7 +91,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         Path | None,
         Field(
             help="Machine file (.toml, written by pretravel machine), which gives the tip diameter "
-            "and the overtravel; the overtravel shows misses.",
+            "and the overtravel: a touch that travelled all of it is a miss.",
             reads=True,
         ),
     ] = None

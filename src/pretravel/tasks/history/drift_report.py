@@ -140,7 +140,9 @@ def drift_verdict(drift: DriftOverTime) -> str:
     limit = value_text(drift.limit / MICROMETRE, "µm")
     since = drift.moments[drift.starts[-1]]
     start = drift.starts[-1]
-    after = f"since the {_beginning(drift, start)} of {_date(since)}: " if start else ""
+    beginning = _beginning(drift, start)
+    act = " (qualify now if you have not since)" if beginning == "jump" else ""
+    after = f"since the {beginning} of {_date(since)}{act}: " if start else ""
     last_day = "" if drift.drifting else _last_day_words(drift)
     span = float(drift.times[-1] - drift.times[drift.starts[-1]])
     if not drift.last and len(drift.times) - drift.starts[-1] >= FEWEST_VALUES:
@@ -168,8 +170,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
     if walking:
         reach = f"does not reach {limit}"
         if due is not None:
-            reach = f"reaches {limit} on {_date(drift.moment(time))}, {before}"
-        moved = f"{', '.join(walking)} moves at random from day to day"
+            reach = f"is beyond {limit} with 50 % on {_date(drift.moment(time))}, {before}"
+        moved = f"{', '.join(walking)} is a random walk"
         return f"{after}no steady drift is detected; {moved}, and {reach}"
     if not math.isfinite(early):
         return f"{after}no drift is detected"
@@ -177,7 +179,7 @@ def drift_verdict(drift: DriftOverTime) -> str:
         count = len(drift.times) - drift.starts[-1]
         return (
             f"{after}no drift is detected. A change of the map by more than {limit} cannot be "
-            f"excluded, its probability is above 5 %: {count} days are too few to show a trend. "
+            f"excluded (its probability is above 5 %): {count} days are too few to show a trend. "
             "Touch on more days"
         )
     return (
@@ -234,7 +236,7 @@ def _sooner(drift: DriftOverTime) -> str:
     walking = _date(drift.moment(drift.earliest_if_walking))
     if first is None or walking == _date(drift.moment(early)):
         return ""
-    return f"; {walking} if the {first.quantity.name} moves at random"
+    return f"; {walking} if the {first.quantity.name} is a random walk"
 
 
 def _movement(one: QuantityCourse) -> str:
@@ -285,13 +287,12 @@ def _kind_words(one: QuantityCourse) -> str:
     words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
     course = one.course
     walking = (
-        f"; u of the trend {course.walking.slope[1]:.2g} if this quantity moves at random from "
-        "day to day"
+        f"; u of the trend {course.walking.slope[1]:.2g} if this quantity is a random walk"
         if course.may_walk
         else ""
     )
-    chance = f"p = {course.p_slope:.2g}: probability of such a trend by chance"
-    return f"{words[course.kind]}, {chance}{walking}"
+    chance = f"p, the probability of such a trend by chance, is {course.p_slope:.2g}"
+    return f"{words[course.kind]}; {chance}{walking}"
 
 
 def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
@@ -360,7 +361,7 @@ def _courses_table(
         ),
         "Course of each quantity",
         "scatter: between the days, beyond the uncertainty of the touches. walk: standard "
-        "deviation of the steps of one day, which add up. u: for independent errors of the days. "
+        "deviation of the daily step of a random walk. u: for independent errors of the days. "
         "u, random walk: if the quantity walks at random, which few days do not exclude. p: "
         "probability of such a trend by chance.",
     )

@@ -47,7 +47,7 @@ def _are_verifications(places: Sequence[Path]) -> bool:
     return place.suffix.lower() == HISTORY_ENDING and not place.is_dir()
 
 
-_VERIFICATIONS = When("places", is_so=_are_verifications, what="verifications")
+_VERIFICATIONS = When("places", is_so=_are_verifications, what="a file of verifications")
 """They state their reference and map."""
 
 
@@ -132,8 +132,8 @@ class History(
         Field(
             help="Allowed change of the map, in µm: a new qualification is due when the drift "
             "exceeds it. Amplitude and turn count by the largest change of the map that they "
-            "cause. Default: twice the rms u of the map; of a history file twice the median u of "
-            "the size.",
+            "cause. Default: twice the rms u of the map, or, for a history file, twice the "
+            "median u of the size.",
             range=(0.001, 1000.0),
         ),
     ] = None

@@ -75,8 +75,8 @@ def _of_update(plan: TouchPlan) -> str:
     if not plan.prior.from_center:
         return shown
     return (
-        f"{shown}; unlike the values above, it contains the error of the centre, as far as the "
-        "scatter of the touches causes it"
+        f"{shown}; unlike the values above, it contains the part of the centre's error that comes "
+        "from the scatter of the touches"
     )
 
 

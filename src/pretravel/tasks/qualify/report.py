@@ -236,7 +236,7 @@ def _scores_table(scores: Sequence[KindScore]) -> Table:
                 "score", [score.logarithmic_score for score in fitted], digits=signed_decimals(2)
             ),
         ),
-        title="Directions that were left out of the fit of each kind:",
+        title="How each kind of map predicts directions that were left out of its fit:",
         explanation="Left-out rms: rms difference of the map from the mean of the touches in each "
         "left-out direction, which also contains the scatter of these touches; ± is its standard "
         "error. (error/u)²: mean over these directions, 1 where u is right. Score: mean of "
@@ -272,13 +272,13 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
             figure("lateral deflection", "lateral_deflection", "µm", 1.0 / MICROMETRE),
             figure("seat indentation", "seat_indentation", "µm", 1.0 / MICROMETRE, "at rest"),
             KeyFigure(
-                "from the touches", learned,
-                remark="100 %: determined by the touches alone; 0 %: the value of usual probes",
+                "share of the touches", learned,
+                remark="in each number; the rest is the value of usual probes",
             ),
             KeyFigure(
                 "unevenness",
-                f"{fit.scales.mean('asymmetry'):.2g} times that of usual probes: differences "
-                "between rods and between seats",
+                f"{fit.scales.mean('asymmetry'):.2g} times that of usual probes",
+                remark="differences among the rods and among the seats",
             ),
         ),
         detail=True,

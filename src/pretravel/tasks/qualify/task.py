@@ -118,8 +118,8 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
     u_diameter_um: Annotated[
         float | None,
         Field(
-            help="Standard uncertainty of the diameter, in µm; default: 0.2, assumed; on the "
-            "certificate U, divided by its k.",
+            help="Standard uncertainty of the diameter, in µm; default: 0.2, assumed; U of the "
+            "certificate divided by its k.",
             range=U_OF_DIAMETER,
             label="Standard uncertainty of the diameter",
             hint="Half of U (k = 2) on the certificate; 0.2 µm is assumed where it is empty",

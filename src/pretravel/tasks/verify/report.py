@@ -88,7 +88,7 @@ def verification_document(
             Picture("Differences, and the control chart" if entries else "Differences", drawn),
         ),
         notes=(_CHECK_STYLUS,) * (keep and not _drifted(result))
-        + (_NOT_SHOWN,) * bool(keep or shifted),
+        + (_NOT_SHOWN,) * (keep or any("bent" in each.remark for each in shifted)),
         warnings=(
             *unseen, *warnings, *result.warnings,
             *(f"new map: {said}" for said in (accepted.warnings if accepted else ())),
@@ -170,13 +170,17 @@ _NOT_SHOWN = (
 
 _SHIFT = 0.02
 """Shift of the centre that is far above its uncertainty, and of a bent stylus. [mm]"""
+_ELSEWHERE = 5.0
+"""A larger one is of the reference: no probe works with a tip so far off. [mm]"""
 
 
 def _shift_figures(moved: FloatArray | None) -> tuple[KeyFigure, ...]:
     if moved is None or float(np.linalg.norm(moved)) < _SHIFT:
         return ()
     shift = ", ".join(f"{value:+.3f}" for value in moved)
-    remark = "if the reference was not moved, the stylus is bent or the tip has moved"
+    elsewhere = "the reference stands elsewhere"
+    bent = "if the reference was not moved, the stylus is bent or the tip has moved"
+    remark = elsewhere if float(np.linalg.norm(moved)) > _ELSEWHERE else bent
     return (KeyFigure("centre moved", f"({shift}) mm since the qualification", remark=remark),)
 
 
@@ -246,15 +250,15 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
         return KeyFigure(
             name, change.value / factor, unit, replace(digits, signed=True),
             change.u / factor, "", digits,
-            remark=f"{what}; a change of {limit} would be detected in 95 % of cases",
+            remark=f"{what}; {limit} would be detected in 95 % of cases",
         )  # fmt: skip
 
-    turn = figure("turn", "about the axis", result.turn, "°", DEGREE)
+    turn = figure("turn", "since then, about the axis", result.turn, "°", DEGREE)
     if result.unseen_turn is not None:
         turn = KeyFigure("turn", "cannot be determined in these directions")
     others: tuple[KeyFigure, ...] = (
-        figure("size", "mean pretravel", result.size, "µm", MICROMETRE),
-        figure("amplitude", "variation of the map about its mean", result.amplitude, "%", 0.01),
+        figure("size", "change of the mean pretravel", result.size, "µm", MICROMETRE),
+        figure("amplitude", "change of the variation about the mean", result.amplitude, "%", 0.01),
     )
     if math.isfinite(result.amplitude.u) and result.amplitude.detectable > _NOT_SEPARATED:
         others = (KeyFigure("size, amplitude", "cannot be separated in these directions"),)
@@ -275,7 +279,7 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
 
 def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
     def p_value(p: float) -> str:
-        return "not tested, without repeats" if math.isnan(p) else f"{p:.2g}"
+        return "not tested: no touch is repeated" if math.isnan(p) else f"{p:.2g}"
 
     tests = KeyFigure(
         "p of each test",

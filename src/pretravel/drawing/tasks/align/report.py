@@ -112,7 +112,7 @@ def _motions_table(alignment: Alignment) -> Table:
             Column.of("value at the part's origin", angles, digits=Digits(5)),
             Column.of("unit", ["mm"] * 3 + ["°"] * 3),
             Column.of(
-                "U at the middle of the touches (larger at the origin)",
+                "U, at the middle of the touches only",
                 [*(stated[:3] / MICROMETRE), *stated[3:]],
                 digits=Digits(3, True),
             ),
@@ -252,8 +252,8 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
     elif alignment.errors.excess > 0.0:
         found.append(
-            "the residuals are larger than u of the touches explains, by "
-            f"{alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation): faces may be "
+            "u of the touches does not explain the residuals; subtracted in quadrature, "
+            f"{alignment.errors.excess / MICROMETRE:.2g} µm remain: faces may be "
             "displaced, wavy or of another size, or touches may scatter more than on the "
             "reference. u of the placement contains this difference"
         )

@@ -204,8 +204,8 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
                 )
             ),
         ),
-        title="A point on each face, far from its edges, the normal there, and the range of the "
-        "coordinates on the surface (mm on a plane, an angle in rad around an axis)",
+        title="A point on each face, far from its edges, the normal there, and the ranges of the "
+        "two parameters of the surface, coordinate 1 and 2 (lengths in mm, angles in rad)",
         explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
         "smallest radius: of curvature, anywhere on the face; empty where it is flat.",
     )

@@ -138,11 +138,11 @@ def notes_on_datums(
         notes += [f"{name}: {remark}" for remark in each.remarks]
     notes += [f"{each.name}: {remark}" for each in together for remark in each.remarks]
     notes.append(
-        "tolerances to datums: each datum feature is associated as its line says, and fixes the "
-        "motions that earlier datums left free (ISO 5459). Motions that remain free are fitted, "
-        "so that the largest distance is as small as possible. The errors of the datums are in "
-        "U. The zone of a surface must contain its touched points, that of an axis both ends of "
-        "the axis over the touched length"
+        "tolerances to datums: each datum feature is fitted as its line of the drawing says, and "
+        "fixes the motions that earlier datums left free (ISO 5459). Motions that remain free are "
+        "fitted so that the largest distance is as small as possible. The errors of the datums are in "
+        "U. The zone of a surface must contain its touched points, and the zone of an axis both "
+        "ends of the axis over the touched length"
     )
     return notes
 
