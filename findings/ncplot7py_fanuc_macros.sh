@@ -1,7 +1,7 @@
 #!/bin/sh
 # ncplot7py 0.2.0, macros for FANUC_MILL: ATAN[-1]/[-1] is 45 and ATAN[1]/[-1] is -45: the angle of a probed edge is half a turn off wherever the second
 # number is below zero. ATAN[1,2], 10 MOD 3, LN[8] and EXP[2] are 0, and `errors` is empty. G68 X10 Y0 R90 is no rotation, but a move to X10.
-# Expected: 225 and 135, as in FANUC's manual (-135 by a parameter) and in LinuxCNC; 26.57, 1, 2.08, 7.39; X20 Y0 is at X10 Y10 after G68.
+# Expected: 225 (-135 by a parameter) and 135, as in FANUC's manual; 26.57, 1, 2.08, 7.39; X20 Y0 is at X10 Y10 after G68.
 . "$(dirname "$0")/setup.sh"
 packages ncplot7py==0.2.0
 python <<'END'

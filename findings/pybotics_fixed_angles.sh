@@ -1,7 +1,7 @@
 #!/bin/sh
-# pybotics 3.1.2 (robot calibration), `vector_2_matrix` with FIXED_XYZ (the W, P, R of FANUC and of Motoman) and the eleven other FIXED conventions: the
+# pybotics 3.1.2 (robot calibration), `vector_2_matrix` with FIXED_XYZ (the W, P, R of FANUC) and the eleven other FIXED conventions: the
 # first angle turns about the last axis. W = 30° alone turns about z; a tip of 100 mm at 30°, 20°, 10° is 47 mm off. The EULER ones are right.
-# FIXED_XYZ is the same object as EULER_ZYX, and so are the angles that it takes.
+# FIXED_XYZ is the same object as EULER_ZYX, so it takes its three angles in that order.
 # Expected: Rz(R) Ry(P) Rx(W), as scipy's extrinsic "xyz".
 . "$(dirname "$0")/setup.sh"
 packages pybotics==3.1.2 numpy==1.26.4 scipy==1.17.1
