@@ -87,6 +87,11 @@ class TestRadii:
         mean, typed = found["diameter"]["mean"]["diameter_mm"], found["what_to_type"]
         assert "Set the probing feed to 47.1235 mm/min (1.855 in/min)." in typed["NativeCAM"]
         assert f"{mean:.5f} mm ({mean / 25.4:.6f} in)" in typed["QtDragon, QtVCP"]
+        # The error by the map alone is zero for a mean; the map's own is what it does not follow.
+        assert "By the map (no U) a face square" in typed["NativeCAM"]
+        known = axis_radii(replace(_map(), covariance=Covariance.full(4e-6 * np.eye(5))))
+        u = max(known["travel"][way]["u_mm"] for way in ("x+", "x-", "y+", "y-"))
+        assert f"(U = {2e3 * u:.2f} µm)" in known["what_to_type"]["NativeCAM"]
         offset = 3.0 - 0.5 * mean
         basic = typed["Probe Basic"]
         assert f"6.00000 mm, calibration offset: {offset:.5f} mm ({offset / 25.4:.6f} in)" in basic
