@@ -18,6 +18,7 @@ from pretravel.base import (
     PretravelError,
 )
 from pretravel.controls.control import Control, ExportedFiles, ExportSettings
+from pretravel.controls.control_table import check_across_z
 from pretravel.controls.steps import same_steps
 from pretravel.maps import PretravelMap
 from pretravel.uncertainty import COVERAGE_FACTOR
@@ -56,6 +57,7 @@ def axis_radii(pretravel_map: PretravelMap, travel: float = 0.0) -> dict[str, An
     PretravelError
         The map does not hold in all directions across Z.
     """
+    check_across_z(pretravel_map)
     radii = {name: _radius(pretravel_map, np.array(to), travel) for name, to in TRAVELS.items()}
     across = {name: entry for name, entry in radii.items() if name != "z-"}
     missing = [name for name, entry in across.items() if entry is None]

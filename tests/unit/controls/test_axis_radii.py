@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.controls.axis_radii import TRAVELS, axis_radii, axis_radii_text
+from pretravel.controls.renishaw import renishaw_variables
 from pretravel.files.map_file import write_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
@@ -119,6 +121,11 @@ class TestRadii:
         upper = DirectionSupport(np.array([[0.0, 0, 1], [0.1, 0, 0.995], [0, 0.1, 0.995]]))
         with pytest.raises(PretravelError, match="equator"):
             axis_radii(replace(lobes(1), support=upper))
+        # The equator of a horizontal probe is touched; that of Z cannot be.
+        lying = replace(_map(), rotation=probe_rotation((0.0, -1.0, 0.0)))
+        for radii in (axis_radii, renishaw_variables):
+            with pytest.raises(PretravelError, match="90° to Z"):
+                radii(lying)
 
     def test_the_text_is_indented_json_without_escapes(self) -> None:
         text = axis_radii_text(_map())
