@@ -18,8 +18,10 @@ from pretravel.base import (
     PretravelError,
 )
 from pretravel.controls.control import Control, ExportedFiles, ExportSettings
+from pretravel.controls.control_table import check_across_z
 from pretravel.controls.steps import same_steps
 from pretravel.maps import PretravelMap
+from pretravel.uncertainty import COVERAGE_FACTOR
 
 TRAVELS: Mapping[str, tuple[float, float, float]] = {
     "x+": (1.0, 0.0, 0.0),
@@ -55,6 +57,7 @@ def axis_radii(pretravel_map: PretravelMap, travel: float = 0.0) -> dict[str, An
     PretravelError
         The map does not hold in all directions across Z.
     """
+    check_across_z(pretravel_map)
     radii = {name: _radius(pretravel_map, np.array(to), travel) for name, to in TRAVELS.items()}
     across = {name: entry for name, entry in radii.items() if name != "z-"}
     missing = [name for name, entry in across.items() if entry is None]
@@ -68,6 +71,8 @@ def axis_radii(pretravel_map: PretravelMap, travel: float = 0.0) -> dict[str, An
     mean = float(np.mean(lengths))
     off = float(np.max(np.abs(np.array(lengths) - mean)))
     tip_radius = pretravel_map.tip_radius
+    of_radii = [entry["u_mm"] for entry in across.values() if entry is not None]
+    u = max(of_radii) if pretravel_map.states_uncertainty else None
     return {
         "format": "pretravel radii",
         "version": 1,
@@ -87,7 +92,7 @@ def axis_radii(pretravel_map: PretravelMap, travel: float = 0.0) -> dict[str, An
             | {"largest_error_of_a_side_um": round(off / MICROMETRE, 3)},
         },
         "calibration_offset": _lengths("offset", tip_radius - mean),
-        "what_to_type": _sentences(pretravel_map, travel, mean, off),
+        "what_to_type": _sentences(pretravel_map, travel, mean, off=off, u=u),
     }
 
 
@@ -149,16 +154,20 @@ def _feed(pretravel_map: PretravelMap, travel: float) -> float | None:
 
 
 def _sentences(
-    pretravel_map: PretravelMap, travel: float, mean: float, off: float
+    pretravel_map: PretravelMap, travel: float, mean: float, *, off: float, u: float | None
 ) -> dict[str, str]:
-    """What to type into which field of which screen."""
+    """What to type into which field of which screen; u of a radius where the map states it."""
     feed = _feed(pretravel_map, travel)
     at = (
         ""
         if feed is None
         else f" Set the probing feed to {feed:g} mm/min ({feed / INCH:.4g} in/min)."
     )
-    sides = f" A face square to X or Y is then wrong by up to {off / MICROMETRE:.2f} µm."
+    own = "no U" if u is None else f"U = {COVERAGE_FACTOR * u / MICROMETRE:.2f} µm"
+    sides = (
+        f" By the map ({own}) a face square to X or Y is then wrong by up to "
+        f"{off / MICROMETRE:.2f} µm."
+    )
     diameter = f"{2.0 * mean:.5f} mm ({2.0 * mean / INCH:.6f} in), the mean of ±X and ±Y"
     offset = pretravel_map.tip_radius - mean
     return {

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base import DEGREE, INCH, MICROMETRE, FloatArray, PretravelError
+from pretravel.base import DEGREE, INCH, MICROMETRE, FloatArray, PretravelError, ring_pattern
 from pretravel.controls.gcode import plain_number
 from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.map_identity import map_identity
@@ -20,6 +20,8 @@ TABLE_UNITS = {"mm": 1.0, "inch": 1.0 / INCH}
 """Units of a table, with the factor from mm."""
 _SUM_TOLERANCE = {"mm": 1e-4, "inch": 1e-5}
 """Ten times the rounding of a sum of some hundred values of eight digits. [unit of the table]"""
+_UPRIGHT_DEG = 1.0
+"""Tilt of a probe that stands upright. [degrees]"""
 SLACK_DEG = 1e-3
 """By so much a direction may lie outside the polar angles of a table. [degrees]"""
 
@@ -88,6 +90,24 @@ def check_radii(pretravel_map: PretravelMap, pretravel: FloatArray) -> None:
             "mm: this is not the map of a touch-trigger probe",
             inputs=("tip_diameter",),
         )
+
+
+def check_across_z(pretravel_map: PretravelMap) -> None:
+    """Refuse a map for radii across Z where it does not hold because its probe lies another way.
+
+    Raises
+    ------
+    PretravelError
+    """
+    tilt = math.acos(min(abs(float(pretravel_map.rotation[2, 2])), 1.0)) / DEGREE
+    around = ring_pattern(np.array([0.5 * np.pi]), 24)
+    if tilt < _UPRIGHT_DEG or pretravel_map.supports(around).all():
+        return
+    raise PretravelError(
+        f"the probe of this map lies {tilt:.0f}° to Z, and the map does not hold all around Z, "
+        "where these radii are used: export the map as a formula or a table (fanuc, haas, "
+        "siemens, linuxcnc), whose normals may have any direction"
+    )
 
 
 def map_statement(pretravel_map: PretravelMap) -> str:

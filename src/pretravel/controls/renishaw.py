@@ -6,6 +6,7 @@ from pretravel.base import MICROMETRE, PretravelError
 from pretravel.controls.control import Control, ExportedFiles, ExportSettings, single_file
 from pretravel.controls.control_table import (
     TableSettings,
+    check_across_z,
     check_radii,
     conditions_statements,
     map_statement,
@@ -81,6 +82,7 @@ def renishaw_variables(
         raise PretravelError(
             f"angles '{angles}': they are {' or '.join(VECTOR_ANGLES)}", inputs=("angles",)
         )
+    check_across_z(pretravel_map)
     table = resampled_sectors(pretravel_map, criterion)
     pretravel = table.pretravel if angles == "normals" else taken_opposite(table.pretravel)
     check_radii(pretravel_map, pretravel + settings.travel)

@@ -11,6 +11,7 @@ import pytest
 
 from pretravel import qualify
 from pretravel.base.directions import ring_pattern
+from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.controls.exports import CONTROLS
 from pretravel.files.map_file import write_map
@@ -56,6 +57,13 @@ class TestExportCommand:
             assert float(row["effective_radius_mm"]) == pytest.approx(radius, abs=1e-9)
         # Touches of the equator lie up to 0.04° below it: there was a row of 90.039526044.
         assert {float(row["polar_deg"]) % 5.0 for row in rows(tmp_path / "r.csv")} == {0.0}
+        # The azimuths of a lying probe are not those of the machine.
+        lying = replace(example_map(), rotation=probe_rotation((0.0, -1.0, 0.0)))
+        write_map(tmp_path / "y.json", lying)
+        text = " ".join(
+            run("export", tmp_path / "y.json", "--to", "csv", "-o", tmp_path / "y2.csv").split()
+        )
+        assert "azimuth 0° is (1, 0, 0) and 90° is (0, 0, 1), in axes of the machine" in text
 
     def test_linuxcnc_folder_without_stale_tables(self, tmp_path: Path, map_file: Path) -> None:
         out = tmp_path / "subs"

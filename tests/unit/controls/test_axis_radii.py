@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.controls.axis_radii import TRAVELS, axis_radii, axis_radii_text
+from pretravel.controls.renishaw import renishaw_variables
 from pretravel.files.map_file import write_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
@@ -87,6 +89,11 @@ class TestRadii:
         mean, typed = found["diameter"]["mean"]["diameter_mm"], found["what_to_type"]
         assert "Set the probing feed to 47.1235 mm/min (1.855 in/min)." in typed["NativeCAM"]
         assert f"{mean:.5f} mm ({mean / 25.4:.6f} in)" in typed["QtDragon, QtVCP"]
+        # The error by the map alone is zero for a mean; the map's own is what it does not follow.
+        assert "By the map (no U) a face square" in typed["NativeCAM"]
+        known = axis_radii(replace(_map(), covariance=Covariance.full(4e-6 * np.eye(5))))
+        u = max(known["travel"][way]["u_mm"] for way in ("x+", "x-", "y+", "y-"))
+        assert f"(U = {2e3 * u:.2f} µm)" in known["what_to_type"]["NativeCAM"]
         offset = 3.0 - 0.5 * mean
         basic = typed["Probe Basic"]
         assert f"6.00000 mm, calibration offset: {offset:.5f} mm ({offset / 25.4:.6f} in)" in basic
@@ -114,6 +121,11 @@ class TestRadii:
         upper = DirectionSupport(np.array([[0.0, 0, 1], [0.1, 0, 0.995], [0, 0.1, 0.995]]))
         with pytest.raises(PretravelError, match="equator"):
             axis_radii(replace(lobes(1), support=upper))
+        # The equator of a horizontal probe is touched; that of Z cannot be.
+        lying = replace(_map(), rotation=probe_rotation((0.0, -1.0, 0.0)))
+        for radii in (axis_radii, renishaw_variables):
+            with pytest.raises(PretravelError, match="90° to Z"):
+                radii(lying)
 
     def test_the_text_is_indented_json_without_escapes(self) -> None:
         text = axis_radii_text(_map())

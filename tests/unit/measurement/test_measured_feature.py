@@ -14,6 +14,7 @@ from pretravel.base.frames import parse_placement
 from pretravel.drawing.features.conformity import ConformityVerdict, size_conformity
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
 from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.drawing.tolerances.tolerances import FeatureTolerances, inspect_feature
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
@@ -53,8 +54,11 @@ class TestCircleInClosedForm:
         outward, _ = around(12)
         lobed = (10.0 + 4e-3 * np.cos(3.0 * np.arange(12) * np.pi / 6.0))[:, None] * outward
         points = apply(embed(lobed, -outward, mean_map(5e-3)), mean_map(5e-3))
-        stated = [quantity.name for quantity in measure_feature(points, "bore").stated]
-        assert stated == ["diameter", "x", "y", "measured range"]
+        bore = measure_feature(points, "bore")
+        assert [each.name for each in bore.stated] == ["diameter", "x", "y", "measured range"]
+        (decided,) = inspect_feature(bore, FeatureTolerances(form=0.01)).conformities
+        assert decided.verdict is ConformityVerdict.UNDECIDED
+        assert np.isnan(decided.u)
 
     def test_a_lobe_of_the_map_moves_the_centre(self) -> None:
         """An error cos φ of the map is a shift of the centre by its full amount, not of size."""

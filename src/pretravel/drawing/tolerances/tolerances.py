@@ -351,7 +351,9 @@ def decided_if_known(conformity: Conformity, feature: MeasuredFeature) -> Confor
     """The decision, or none where the points do not state the uncertainty of their map."""
     if feature.errors.map_is_stated:
         return conformity
-    return replace(conformity, probability=math.nan, verdict=ConformityVerdict.UNDECIDED)
+    # What the map misses is form here, and nothing says how much of it.
+    u = math.nan if conformity.of_touched_points else conformity.u
+    return replace(conformity, u=u, probability=math.nan, verdict=ConformityVerdict.UNDECIDED)
 
 
 def side_of_failure(conformity: Conformity, side: str) -> str:

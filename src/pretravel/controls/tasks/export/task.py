@@ -358,8 +358,9 @@ class Export(Task):
             files = control.files(pretravel_map, self._settings(pretravel_map))
         else:
             table = effective_radius_table(pretravel_map, table_travel(pretravel_map, self.feed))
-            remark = "radii in the directions in which the map holds"
-            files = ExportedFiles({"": csv_table_text(table)}, remarks=(remark,))
+            files = ExportedFiles(
+                {"": csv_table_text(table)}, remarks=(_remark_of_csv(pretravel_map),)
+            )
         cautions = [] if pretravel_map.machine is None else [_WITHOUT_MACHINE]
         cautions += filter(None, [unknown_size(pretravel_map)])
         if is_reversal(pretravel_map.provenance.orientation):
@@ -386,6 +387,27 @@ class Export(Task):
             travel=table_travel(pretravel_map, self.feed) if takes_feed(self.to) else 0.0,
             **{name: value for name, value in given.items() if value is not None},
         )
+
+
+def _remark_of_csv(pretravel_map: PretravelMap) -> str:
+    """What the table holds; where its azimuths are not those of the machine, what they are."""
+    import numpy as np
+
+    said = "radii in the directions in which the map holds"
+    if np.allclose(pretravel_map.rotation, np.eye(3), atol=_SAME_AXES):
+        return said
+    x, y, z = (
+        "({:.4g}, {:.4g}, {:.4g})".format(*np.round(axis, 4) + 0.0)
+        for axis in pretravel_map.rotation.T
+    )
+    return (
+        f"{said}. Angles are those of the probe: polar 0° is {z}, at polar 90° azimuth 0° is {x} "
+        f"and 90° is {y}, in axes of the machine"
+    )
+
+
+_SAME_AXES = 1e-3
+"""Of a component of an axis of the probe."""
 
 
 def _read_template(path: Path) -> str:

@@ -123,9 +123,11 @@ def _form_words(feature: MeasuredFeature) -> str:
         return f"{feature.form_name} not known"
     low, high = (end / MICROMETRE for end in feature.form.interval)
     found = f"at most {high:.2f} µm" if low == 0.0 else f"{low:.2f} to {high:.2f} µm"
-    measured = feature.form.measured / MICROMETRE
     zone = "minimum zone" if feature.form_by == MINIMUM_ZONE else "measured range"
-    return f"{feature.form_name}{AT_TOUCHED_POINTS} {found} (95 %), {zone} {measured:.2f} µm"
+    zone = f"{zone} {feature.form.measured / MICROMETRE:.2f} µm"
+    if not feature.errors.map_is_stated:
+        return f"{feature.form_name} not known, {zone}"
+    return f"{feature.form_name}{AT_TOUCHED_POINTS} {found} (95 %), {zone}"
 
 
 def _touched(inspected: InspectedFeature) -> str:
