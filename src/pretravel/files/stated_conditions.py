@@ -75,10 +75,17 @@ _OF_TIP = r"(?:tip|stylus|(?:tip|probe|stylus)\W?ball|probe|tastkugel|taster(?:k
 _OF_EITHER = r"(?:ball|kugel)"
 """The tip, or the sphere that it touches."""
 _OF_REFERENCE = (
-    r"(?:(?:reference|calibration|gauge|ref|cal|referenz|kalibrier|prüf|eich)\W?(?:ball|kugel)|"
-    r"(?:(?:reference|calibration|gauge|ref|cal)\W?)?(?:sphere|ring|reference|referenz\w*))"
+    r"(?:(?:reference|calibration|gauge|master|ref|cal|referenz|kalibrier|prüf|eich)\W?"
+    r"(?:ball|kugel)|lehrring|einstellring|prüfring|calibrated|certified|"
+    r"(?:(?:reference|calibration|gauge|master|ref|cal)\W?)?"
+    r"(?:sphere|(?:ring|pin)(?:\W?(?:gauge|gage))?|reference|referenz\w*))"
 )
-_SIZE = r"\W{0,3}(?P<size>dia(?:meter)?|durchmesser|Ø|⌀|radius)"
+_SIZE = r"\W{0,3}(?P<size>dia(?:meter)?|durchmesser|Ø|⌀|radius|d(?=\s?[=:]?\s?\d))"
+_WITHOUT_SIZE = (
+    r"(?:\s?[:=]\s?|\s)(?P<value>\d++(?:[.,]\d++)?)(?P<unit>\s?(?:mm|inch|\")|(?<=[.,]\d{3})|"
+    r"(?<=[.,]\d{4}))(?!\w|\s?(?:deep|high|above|below|from|long|away|off|x|by)\b)"
+)
+"""A size in mm, or with the decimals of a certificate: tip 4 mm, sphere: 24.9987."""
 _VALUE = r"\W{0,3}(?P<value>\d+(?:[.,]\d+)?)\s*(?P<unit>mm|in(?:ch)?\b|\")?"
 _LARGEST_DIFFERENCE = 0.18
 """Of two diameters of one tip or reference: of an effective and a nominal one, twice the largest
@@ -127,7 +134,7 @@ def refuse_contradictions(
 
 
 def tip_not_used(text: TextTable, unit: str) -> tuple[str, ...]:
-    """A sentence about a diameter of the tip that points of a surface state.
+    """A sentence about a diameter of the tip that a table states, and the user does not.
 
     Parameters
     ----------
@@ -230,11 +237,12 @@ def _diameters(
                 line = text.lines[text.column(i).index(cell)]
                 yield line, title, own * number * _diameters_in(named)
     for line, comment in text.before:
-        found = re.search(rf"\b{words}{_SIZE}{_VALUE}", comment, re.IGNORECASE)
+        sized = re.search(rf"\b{words}{_SIZE}{_VALUE}", comment, re.IGNORECASE)
+        found = sized or re.search(rf"\b{words}{_WITHOUT_SIZE}", comment, re.IGNORECASE)
         if found is not None:
             own = LENGTH_UNITS.get(unit_of(found["unit"] or "") or "", factor)
             value = float(found["value"].replace(",", "."))
-            yield line, "this line", own * value * _diameters_in(found)
+            yield line, "this line", own * value * (_diameters_in(sized) if sized else 1.0)
 
 
 def _diameters_in(named: re.Match[str]) -> float:

@@ -180,7 +180,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
             *left_out,
             *verdicts(text, _other_columns(text, roles)),
             *nothing_measured((*text.before, *text.among)),
-            *(tip_not_used(text, unit_name) if options.of_surface else ()),
+            *(tip_not_used(text, unit_name) if options.tip_radius is None else ()),
         ),
     )
 

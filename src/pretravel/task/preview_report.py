@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pretravel.base import INCH, FloatArray, PretravelError
+from pretravel.base import INCH, FloatArray, IntArray, PretravelError
 from pretravel.files import (
     FeatureResult,
     FilePositions,
@@ -54,7 +54,8 @@ def preview_document(
     feeds = found.feeds if isinstance(found, FilePositions) else found.touches.feeds
     missed = found.misses() if isinstance(found, FilePositions) else ()
     contact = found.contact if isinstance(found, FilePositions) else None
-    touched = positions if contact is None or not any(contact) else positions[np.array(contact)]
+    rows = np.flatnonzero(contact) if contact is not None and any(contact) else None
+    touched = positions if rows is None else positions[rows]
     lacks = found.lacks if isinstance(found, FilePositions) else ()
     sphere = _sphere_figures(touched, None if touches is None else touches.normals, unit)
     return Document(
@@ -72,7 +73,7 @@ def preview_document(
                 for words in (*_missing(unit_known, touches is None, bool(sphere)), *lacks)
             ),
         ),
-        tables=(_first_rows(found, positions, unit),),
+        tables=(_first_rows(found, touched, unit, rows),),
         warnings=tuple(found.notes())
         if isinstance(found, FileReadings)
         else (*found.warnings, *missed_sentence(missed)),
@@ -184,10 +185,17 @@ def _sphere_of(positions: FloatArray) -> SphereFit | None:
     return fit
 
 
-def _first_rows(found: FileReadings | FilePositions, positions: FloatArray, unit: str) -> Table:
+def _first_rows(
+    found: FileReadings | FilePositions,
+    positions: FloatArray,
+    unit: str,
+    rows: IntArray | None = None,
+) -> Table:
+    """The first positions, of these rows of the file."""
     labels = found.labels if isinstance(found, FilePositions) else found.touches.labels
-    names = [str(i + 1) for i in range(_ROWS)] if labels is None else list(labels[:_ROWS])
-    columns = [Column("touch", tuple(names[: len(positions)]))]
+    shown = (np.arange(len(positions)) if rows is None else rows)[:_ROWS].tolist()
+    names = [str(i + 1) if labels is None else labels[i] for i in shown]
+    columns = [Column("touch", tuple(names))]
     for i, axis in enumerate("xyz"):
         columns.append(Column.of(axis, positions[:_ROWS, i], unit, decimals(4)))
     if isinstance(found, FileReadings):

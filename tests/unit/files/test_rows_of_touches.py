@@ -5,6 +5,8 @@ The rows are invented; what is right is what a reader of the table sees.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from pretravel.base.errors import InputError
@@ -212,9 +214,10 @@ def test_a_line_of_words_among_the_rows_that_changes_them_is_refused(line: str) 
 
 def test_a_tip_in_a_table_of_points_that_is_not_used_is_named() -> None:
     rows = "X,Y,Z,Probe radius\n1,0,3,3\n2,0,3,3\n"
-    told = _read(rows, ReadingOptions(units="mm", normal=(0, 0, 1), of_surface=True)).warnings
-    assert any("gives the tip a diameter of 6 mm (line 2), which is not used" in s for s in told)
-    assert not any("not used" in said for said in _read(rows).warnings)
+    said = "gives the tip a diameter of 6 mm (line 2), which is not used"
+    for options in (replace(UP, of_surface=True), UP):
+        assert said in " ".join(_read(rows, options).warnings)
+    assert "not used" not in " ".join(_read(rows, replace(UP, tip_radius=3.0)).warnings)
 
 
 def test_a_log_of_a_simulation_is_named() -> None:

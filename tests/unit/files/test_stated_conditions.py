@@ -35,6 +35,11 @@ def read(header: str = "", cell: str = "", comment: str = "", options: ReadingOp
         ("sphere_diameter_mm", "30", "", "gives the reference a diameter of 30 mm, and 25 mm"),
         ("", "", "# reference sphere diameter 30", "reference a diameter of 30 mm"),
         ("", "", "# Kalibrierkugel Durchmesser 30", "reference a diameter of 30 mm"),
+        ("", "", "# ring gauge diameter 30", "reference a diameter of 30 mm"),
+        ("", "", "# Lehrring D=30.0003", "reference a diameter of 30.0003 mm"),
+        ("", "", "# sphere: 30.0003, U = 0.3 µm", "reference a diameter of 30.0003 mm"),
+        ("", "", "# calibrated diameter 30", "reference a diameter of 30 mm"),
+        ("", "", "# tip 4 mm", "tip a diameter of 4 mm"),
         ("cal_ball_dia_mm", "6", "", "gives the reference a diameter of 6 mm, and 25 mm"),
         ("", "", "# probe radius compensation: on", "the control or the CMM compensated"),
         ("", "", "# Compensated points", "the control or the CMM compensated"),
@@ -68,6 +73,8 @@ def test_what_contradicts_the_job_is_refused_by_name(
         ("compensated", "no", ""),
         ("", "", "# probe radius subtracted: none"),
         ("", "", "# tip radius not subtracted"),
+        ("", "", "# tip 4, sphere 2"),  # numbers of them
+        ("", "", "# ring 22 mm deep"),
         ("", "", "# 25 points of a freeform surface"),
         ("", "", "# radius compensation: off"),
         ("", "", "# uncompensated points"),
@@ -107,6 +114,11 @@ def test_a_file_with_a_radius_of_the_tip_is_compared_too(tmp_path: Path) -> None
 def test_columns_that_are_not_read_are_named() -> None:
     text = b"x_mm,y_mm,z_mm,nx,ny,nz,temperature\n0,0,3,0,0,1,21.5\n"
     assert "not read: temperature" in read_readings(SourceFile("a.csv", text)).touches.reading
+    for line in (b"# tip diameter 4 mm\n", b""):
+        said = " ".join(read_readings(SourceFile("a.csv", line + text)).warnings)
+        assert ("gives the tip a diameter of 4 mm (line 1), which is not used" in said) == bool(
+            line
+        )
 
 
 @pytest.mark.parametrize("first", ["x_mm,y_mm,z_mm", "x_in,y_in,z_in"])

@@ -424,6 +424,7 @@ class TestMisses:
         text = "$13=0\n[PRB:1.000,2.000,-3.001:1]\n[PRB:3.000,2.000,-8.000:0]\n"
         out, err = both_outputs("convert", written(tmp_path, text, "a.log"))
         assert "1 positions without normals, and 1 without contact" in out
+        assert "-8.0000" not in out.partition("first rows")[2]
         assert "missed: 2" in err
 
     @pytest.mark.parametrize("miss", ["7,8,-9999", "-9999,-9999,-9999", "0,0,0"])

@@ -28,7 +28,7 @@ _ROUNDED = 5e-3
 """Normals are printed with four decimals or fewer; they are scaled to length one."""
 _LABEL = ";LABEL "
 _WITHOUT = "; PRETRAVEL COMPENSATED"
-"""Above compensated points, which are not touches to be compensated again."""
+"""Above compensated points, so that they are not compensated again."""
 _TABLE = (
     RowStatement(
         "`START` … `END`, `RESULTSFILE`", r"(START|END|RESULTSFILE.*)$", "part", "carried",
