@@ -256,9 +256,7 @@ class Measure(LaboratoryReport):
             ".parquet",
             ".dfq",
             ".qif",
-            ".json",
-            *PAGES,
-            report_json=True,
+            report=True,
         ),
     ] = None
 
