@@ -74,12 +74,7 @@ def table_identity(numbers: Iterable[str]) -> int:
 
 
 def check_radii(pretravel_map: PretravelMap, pretravel: FloatArray) -> None:
-    """Refuse pretravel that is not smaller than the radius of the tip, and numbers not finite.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Refuse pretravel that is not smaller than the radius of the tip, and numbers not finite."""
     radius = pretravel_map.tip_radius
     if not (math.isfinite(radius) and np.all(np.isfinite(pretravel))):
         raise PretravelError("tip radius and pretravel must be finite for a table of a control")

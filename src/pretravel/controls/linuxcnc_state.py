@@ -33,12 +33,7 @@ def state_subroutines() -> dict[str, str]:
 
 
 def check_line_lengths(text: str) -> None:
-    """Refuse G-code with a line that LinuxCNC's interpreter does not accept.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Refuse G-code with a line that LinuxCNC's interpreter does not accept."""
     longest = max(text.splitlines(), key=len)
     if len(longest) > _LONGEST_LINE:
         raise PretravelError(

@@ -111,10 +111,6 @@ def check_map_of_program(
         [mm/min]
     spindle_deg : float, optional
         To which the program turns the spindle. [°]
-
-    Raises
-    ------
-    PretravelError
     """
     if not same_tip(2.0 * pretravel_map.tip_radius, 2.0 * tip_radius):
         raise PretravelError(

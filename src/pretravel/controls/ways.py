@@ -60,12 +60,7 @@ def touch_moves(targets: Targets, machine: Machine) -> TouchMoves:
 
 
 def check_height(touches: TouchMoves, surroundings: Surroundings) -> None:
-    """Refuse a safe height at which the tip would meet targets, starts or obstacles.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Refuse a safe height at which the tip would meet targets, starts or obstacles."""
     machine = surroundings.machine
     highest = max(
         float(touches.starts[:, 2].max()),

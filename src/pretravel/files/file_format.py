@@ -518,10 +518,6 @@ def refuse_contradicted_unit(
         mm or inch.
     line : int, optional
         Where the file states it.
-
-    Raises
-    ------
-    InputError
     """
     inches = own in ("inch", "thou")
     if given is not None and inches != (given == "inch"):

@@ -153,12 +153,7 @@ def tip_not_used(text: TextTable, unit: str) -> tuple[str, ...]:
 def refuse_other_tip(
     file: SourceFile, stated: float, used: float, where: str = "the file", line: int | None = None
 ) -> None:
-    """Refuse a file that gives the tip another diameter than the one that is used. [mm]
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse a file that gives the tip another diameter than the one that is used. [mm]"""
     _refuse_other(file, "tip", stated, used, where, line, ("map_file", "tip_diameter"))
 
 
@@ -172,12 +167,7 @@ _IN_NAME = re.compile(
 
 
 def refuse_tips_by_name(file: SourceFile, names: Sequence[str], diameter: float) -> None:
-    """Refuse a tip whose name gives it another diameter than the one that is used. [mm]
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse a tip whose name gives it another diameter than the one that is used. [mm]"""
     for name in dict.fromkeys(names):
         found = _IN_NAME.fullmatch(name.strip())
         if found is not None:

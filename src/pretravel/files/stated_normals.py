@@ -112,10 +112,6 @@ def refuse_inward(
         [mm]
     on_sphere : bool
         The touches lie on a sphere. The normals in a ring point to its axis.
-
-    Raises
-    ------
-    InputError
     """
     if len(positions) < _FEWEST_TO_JUDGE:
         return

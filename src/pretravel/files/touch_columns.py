@@ -545,12 +545,7 @@ def _refuse_thousands(text: TextTable, cells: Sequence[tuple[str, int]]) -> None
 
 
 def refuse_control_characters(table: CsvTable) -> None:
-    """A label goes to pages, programs and logs: one line of visible characters.
-
-    Raises
-    ------
-    InputError
-    """
+    """A label goes to pages, programs and logs: one line of visible characters."""
     for role in TEXT_ROLES:
         for word, line in zip(table.columns.get(role, ()), table.lines, strict=False):
             if word.isprintable():

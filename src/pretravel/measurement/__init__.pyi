@@ -3,7 +3,6 @@
 from .association import ASSOCIATIONS as ASSOCIATIONS
 from .association import OUT_OF_PLANE as OUT_OF_PLANE
 from .association import SHORTEST as SHORTEST
-from .association import SIZE_NAMES as SIZE_NAMES
 from .association import Association as Association
 from .association import associate as associate
 from .association import moved_association as moved_association

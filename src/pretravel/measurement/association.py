@@ -448,9 +448,6 @@ ASSOCIATIONS: dict[str, _Associate] = {
 }
 """The features that are measured, by name."""
 
-SIZE_NAMES = {"slot": "width", "torus": "tube diameter"}
-"""The names of `Association.diameter`; diameter of the others."""
-
 
 def associate(
     kind: str,

@@ -145,7 +145,10 @@ def compare_corrections(
         places["part"] = checked_unit(part_normals, "normals of the part")
     truth = {where: pretravel_map.pretravel(n) for where, n in places.items()}
     rows, curves = [], {}
-    tables = _sector_tables(pretravel_map)
+    tables = {
+        "eight sectors": touched_sectors(pretravel_map),
+        "eight sectors, resampled": resampled_sectors(pretravel_map),
+    }
     corrections = _corrections(pretravel_map, tables, places["all"]) | dict(others or {})
     corrections[FULL_MAP] = corrections.pop(FULL_MAP)
     for method, correction in corrections.items():
@@ -193,13 +196,6 @@ def _supported(pretravel_map: PretravelMap) -> FloatArray:
     sphere = fibonacci_cap(_COUNT, np.pi)
     held = sphere[pretravel_map.support.supports(sphere)]
     return np.asarray(held @ pretravel_map.rotation.T)
-
-
-def _sector_tables(pretravel_map: PretravelMap) -> dict[str, SectorTable]:
-    return {
-        "eight sectors": touched_sectors(pretravel_map),
-        "eight sectors, resampled": resampled_sectors(pretravel_map),
-    }
 
 
 def _corrections(

@@ -64,10 +64,6 @@ def refuse_hidden_lobes(observation: Observation) -> None:
 
     Three rods make lobes of order three, six, nine; of these the means have six. Eight azimuths at
     equal steps show six lobes as two, and a map between them would be wrong by their size.
-
-    Raises
-    ------
-    PretravelError
     """
     if not observation.of_means:
         return

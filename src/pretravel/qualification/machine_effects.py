@@ -221,12 +221,7 @@ def _drift(observation: Observation, order: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _refuse_moved_reference(found: SuddenChange, count: int) -> None:
-    """Refuse touches of a reference that was moved in between, as by another clamping.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Refuse touches of a reference that was moved in between, as by another clamping."""
     if float(np.linalg.norm(found.shift)) > _MOVED:
         x, y, z = found.shift / MICROMETRE
         raise PretravelError(

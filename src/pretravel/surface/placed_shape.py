@@ -31,12 +31,7 @@ def axes_about(axis: npt.ArrayLike, x_axis: npt.ArrayLike | None = None) -> Floa
 
 
 def check_positive(name: str, value: float) -> None:
-    """Refuse a length that is not positive.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Refuse a length that is not positive."""
     if not (math.isfinite(value) and value > 0.0):
         raise PretravelError(f"{name} must be positive, got {value:g} mm")
 

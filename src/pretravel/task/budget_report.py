@@ -38,7 +38,7 @@ def budget_table(budget: Budget, *, title: str = "") -> Table:
     u = _numbers(budget, "standard_uncertainty", 1.0 / MICROMETRE)
     dof: list[float | str] = [
         *(_shown_dof(each) for each in (*_numbers(budget, "dof")[:-2], budget.effective_dof)),
-        _coverage_text(budget),
+        f"k {number_text(budget.coverage_factor())}",
     ]
     return Table(
         (
@@ -68,10 +68,6 @@ def _shown_dof(dof: float) -> float | str:
 def _numbers(budget: Budget, key: str, factor: float = 1.0) -> list[float]:
     """A column of a budget; its last two cells, combined and expanded, are empty."""
     return [*(factor * float(row[key]) for row in budget.rows()), math.nan, math.nan]
-
-
-def _coverage_text(budget: Budget) -> str:
-    return f"k {number_text(budget.coverage_factor())}"
 
 
 def budget_section(budgets: Sequence[Budget]) -> tuple[Section, ...]:

@@ -16,7 +16,17 @@ from pretravel.base import (
     InputError,
     PretravelError,
 )
-from pretravel.task.task import PICTURES, SILENT, Field, Progress, Task, When, by_name, unused
+from pretravel.task.task import (
+    PAGES,
+    PICTURES,
+    SILENT,
+    Field,
+    Progress,
+    Task,
+    When,
+    by_name,
+    unused,
+)
 from pretravel.task.values import StatedColumns, UnitVector, Vector
 
 if TYPE_CHECKING:
@@ -285,7 +295,7 @@ class Reported(Task):
     verbose: Verbose = False
 
 
-def output(text: str, *endings: str, report_json: bool = False) -> Field:
+def output(text: str, *endings: str, report: bool = False) -> Field:
     """The description of the main output, ``-o``.
 
     Parameters
@@ -294,10 +304,11 @@ def output(text: str, *endings: str, report_json: bool = False) -> Field:
         Help.
     endings : str
         Of the files; `PAGES` among them for a page.
-    report_json : bool
-        Whether .json among them is the report as values.
+    report : bool
+        Whether the report is written too, as values (.json) or as a page.
     """
-    return Field(help=text, writes=endings, short="-o", report_json=report_json)
+    endings = (*endings, ".json", *PAGES) if report else endings
+    return Field(help=text, writes=endings, short="-o", report_json=report)
 
 
 class LaboratoryReport(Reported):

@@ -165,10 +165,6 @@ def refuse_glancing(
         Unit vectors; the normals point out of the part.
     where : callable
         Returns the name of a row, for the message.
-
-    Raises
-    ------
-    PretravelError
     """
     rows = glancing_rows(approaches, normals)
     if len(rows):
@@ -602,12 +598,7 @@ def length_of_run(labels: Sequence[str] | None, positions: FloatArray) -> int:
 
 
 def refuse_several_runs(labels: Sequence[str] | None, positions: FloatArray) -> None:
-    """Refuse rows whose labels come several times, at other places: those of several parts.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Refuse rows whose labels come several times, at other places: those of several parts."""
     length = length_of_run(labels, positions)
     if length and labels is not None:
         raise PretravelError(

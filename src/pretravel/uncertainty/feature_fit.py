@@ -175,10 +175,6 @@ def check_determined(jacobian: FloatArray, what: str) -> None:
         Derivatives of the distances by the parameters.
     what : str
         What the points do not determine, and how they lie.
-
-    Raises
-    ------
-    PretravelError
     """
     singular = np.linalg.svd(jacobian, compute_uv=False)
     if singular[-1] <= FLAT * singular[0]:

@@ -10,10 +10,13 @@ import pytest
 from pretravel import measure_drawing
 from pretravel.base import PretravelError
 from pretravel.drawing.features.measured_feature import MeasuredFeature, measure_feature
-from pretravel.drawing.tasks.measure.features_of_points import far_from_places, other_axes
+from pretravel.drawing.tolerances.compared_with_drawing import (
+    far_from_places,
+    other_axes,
+    sizes_alike,
+)
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, DrawnRelation
 from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
-from pretravel.drawing.tolerances.sizes_alike import sizes_alike
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance, PlacedFeature
 from pretravel.drawing.tolerances.tolerances import FeatureTolerances, inspect_feature
 from pretravel.measurement import Points

@@ -7,7 +7,6 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles, ring_pattern
-from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.sectors import SECTOR_NAMES, SectorBasis
@@ -77,8 +76,3 @@ def test_resampled(criterion: str) -> None:
     _check(resampled_sectors(MADE, criterion), np.array(middle if criterion == "max" else mean))
     if criterion == "max":
         assert resampled_sectors(MADE).largest == resampled_sectors(MADE, "max").largest
-
-
-def test_another_criterion_is_refused() -> None:
-    with pytest.raises(PretravelError, match="'mean' is not known; there are max, rms"):
-        resampled_sectors(MADE, "mean")

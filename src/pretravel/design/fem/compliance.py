@@ -104,12 +104,7 @@ def balanced_tip_forces(statics: SeatStatics) -> FloatArray:
 
 
 def check_seats(reduced: ReducedModel, statics: SeatStatics) -> None:
-    """Check that seats and tip of a reduced model are where the description has them.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Check that seats and tip of a reduced model are where the description has them."""
     meshed = reduced.resultants[:, :9]
     described = np.concatenate([statics.wrenches, statics.tip_wrenches], axis=1)
     scale = np.linalg.norm(statics.tip)

@@ -72,12 +72,7 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
 
 
 def check_solver(solver: str) -> None:
-    """Check the name of a solver.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Check the name of a solver."""
     if solver != "auto" and solver not in SOLVERS:
         raise PretravelError(
             f"solver '{solver}' is not known; there are auto, {', '.join(SOLVERS)}"

@@ -230,10 +230,6 @@ def check_conditions(
         As of `friction_cycle`.
     directions : int
         Their number.
-
-    Raises
-    ------
-    PretravelError
     """
     checked(friction, "the friction at the seats", FRICTION, inputs=("friction",))
     if overtravel is not None:

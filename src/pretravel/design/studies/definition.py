@@ -448,12 +448,7 @@ def study_of_parts(
 
 
 def _refuse_unused(study: Study, document: TomlDocument, settings: str, factors: str) -> None:
-    """Refuse what is stated and changes nothing: tables of other outputs, samples of other plans.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse what is stated and changes nothing: a table of another output, samples of a plan."""
     for table in ("touch", "calibration"):
         if table in study.outputs:
             continue

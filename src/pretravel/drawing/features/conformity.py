@@ -21,12 +21,12 @@ from pretravel.base import (
     checked,
 )
 from pretravel.drawing.features.feature_form import FormResult
+from pretravel.drawing.features.largest_distance import drawn_errors
 from pretravel.drawing.features.measured_feature import position_and_uncertainty
 
 DEFAULT_PROBABILITY = 0.95
 """Probability at which conformity or nonconformity is proven: the default of ISO 14253-1:2017."""
 _TRIALS, _FEWEST_TRIALS, _MOST_DRAWS = 40_000, 4_000, 800_000
-_SEED = 1
 _STEPS = 50  # of a bisection: to the last digit
 
 
@@ -284,14 +284,8 @@ def zone_conformity(
     width, bonus, most_bonus = zone
     checked(width, "the tolerance", DISTANCE, inputs=("tolerance",))
     groups, count = located.shape, located.size
-    sizes, vectors = np.linalg.eigh(covariance)
-    deviations = np.sqrt(np.maximum(sizes, 0.0))
-    generator = np.random.default_rng(_SEED)
     trials = max(min(_TRIALS, _MOST_DRAWS // len(covariance)), _FEWEST_TRIALS)
-    draws = generator.standard_normal((trials, len(covariance)))
-    if math.isfinite(dof):
-        draws /= np.sqrt(generator.chisquare(dof, (trials, 1)) / dof)
-    errors = (draws * deviations) @ vectors.T
+    errors = drawn_errors(covariance, dof, trials)
     ways = [errors[:, :count].reshape(-1, *groups)]
     if refit is not None and not np.array_equal(refit, np.eye(len(refit))):
         ways.append((errors @ refit.T)[:, :count].reshape(-1, *groups))
@@ -313,7 +307,7 @@ def zone_conformity(
     found = probability(value)
     limit = width + bonus
     guard = _guard_band(lambda g: probability(limit - g), limit, required)
-    largest = 20.0 * float(deviations[-1])
+    largest = 20.0 * math.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0))
     band = _rejection_band(lambda g: probability(limit + g), largest, required)
     # A zone that is narrow against u contains no place with much probability: this proves nothing.
     band = max(band, _quantile(dof, required) * u)

@@ -42,10 +42,6 @@ _CARRIES = 1e-6  # share of the load on a point below which the feature does not
 def check_criterion(criterion: str, kind: str) -> None:
     """Refuse an association that is not known, or that a feature does not have.
 
-    Raises
-    ------
-    PretravelError
-
     >>> check_criterion("inscribed", "bore")
     >>> check_criterion("inscribed", "plane")
     Traceback (most recent call last):

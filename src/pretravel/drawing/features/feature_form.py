@@ -103,7 +103,7 @@ def form_result(errors: FeatureErrors, zone: Association | None = None) -> FormR
         As `form_by_trials` finds it from the errors that the residuals have after the fit.
     """
     found = zone or errors.association
-    left = _centred(found.residuals)
+    left = np.asarray(found.residuals - 0.5 * (found.residuals.min() + found.residuals.max()))
     generator, count = np.random.default_rng(_SEED), trials_for(len(left))
     least_squares = errors.association.residual_change
 
@@ -133,10 +133,6 @@ def form_result(errors: FeatureErrors, zone: Association | None = None) -> FormR
 def trials_for(count: int) -> int:
     """How often the errors of so many points are drawn."""
     return max(min(_TRIALS, _MOST_DRAWS // max(count, 1)), _FEWEST_TRIALS)
-
-
-def _centred(residuals: FloatArray) -> FloatArray:
-    return np.asarray(residuals - 0.5 * (residuals.min() + residuals.max()))
 
 
 def form_by_trials(

@@ -81,7 +81,8 @@ def largest_distance(
     far = _far_from_zero(located, rest, dof)
     if far is not None:
         return far
-    errors = _drawn(covariance, keep, dof).reshape(-1, *located.shape)
+    trials = max(min(_TRIALS, _MOST_DRAWS // len(covariance)), 2000)
+    errors = (drawn_errors(covariance, dof, trials) @ keep.T).reshape(-1, *located.shape)
     measured, length = _size(located), 2.0 * np.linalg.norm(located, axis=1)
     # A place that is shorter than the largest by more than the errors says nothing.
     spread = float(np.quantile(np.linalg.norm(errors, axis=2), 0.99))
@@ -139,15 +140,14 @@ def _far_from_zero(
     return LargestDistance(value, (value - expanded, value + expanded), 2.0 * u, dof)
 
 
-def _drawn(covariance: FloatArray, keep: FloatArray, dof: float) -> FloatArray:
-    """Errors of Student's t, (t, g m)."""
+def drawn_errors(covariance: FloatArray, dof: float, trials: int) -> FloatArray:
+    """Errors of Student's t with a covariance, (k, k): (trials, k)."""
     sizes, vectors = np.linalg.eigh(covariance)
     generator = np.random.default_rng(_SEED)
-    trials = max(min(_TRIALS, _MOST_DRAWS // len(covariance)), 2000)
     draws = generator.standard_normal((trials, len(covariance)))
     if math.isfinite(dof):
         draws /= np.sqrt(generator.chisquare(dof, (trials, 1)) / dof)
-    return np.asarray((draws * np.sqrt(np.maximum(sizes, 0.0))) @ vectors.T @ keep.T)
+    return np.asarray((draws * np.sqrt(np.maximum(sizes, 0.0))) @ vectors.T)
 
 
 def _size(places: FloatArray) -> float:

@@ -41,9 +41,11 @@ from pretravel.drawing.features.feature_uncertainty import (
 )
 from pretravel.drawing.features.form_families import families_of
 from pretravel.drawing.features.largest_distance import LargestDistance, largest_distance
-from pretravel.measurement import SIZE_NAMES, Association, Points, PretravelLeft, associate
+from pretravel.measurement import Association, Points, PretravelLeft, associate
 from pretravel.uncertainty import coverage_factor
 
+SIZE_NAMES = {"slot": "width", "torus": "tube diameter"}
+"""The names of `Association.diameter`; diameter of the others."""
 FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
               "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
 """The name of the form of a feature; `form` of the others."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
 
 from pretravel.base import PretravelError
-from pretravel.drawing.features.measured_feature import FORM_NAMES
+from pretravel.drawing.features.measured_feature import FORM_NAMES, SIZE_NAMES
 from pretravel.drawing.tolerances.features_file import (
     Drawing,
     DrawnFeature,
@@ -22,7 +22,6 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     TOLERANCE_KINDS,
     GeometricTolerance,
 )
-from pretravel.measurement import SIZE_NAMES
 from pretravel.surface import Part
 
 ROW_NONE, ROW_SIZE, ROW_FORM, ROW_DISTANCE, ROW_ANGLE = "", "size", "form", "distance", "angle"

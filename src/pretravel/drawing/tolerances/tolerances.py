@@ -238,10 +238,6 @@ def _refuse_wide_zones(feature: MeasuredFeature, tolerances: FeatureTolerances) 
 def refuse_wide_deviations(nominal: float | None, low: float | None, high: float | None) -> None:
     """Refuse deviations from a nominal size that only numbers in µm can be. [mm]
 
-    Raises
-    ------
-    PretravelError
-
     >>> refuse_wide_deviations(6.0, -1.0, 1.0)  # of class v of ISO 2768
     >>> refuse_wide_deviations(20.0, 0.0, 21.0)
     Traceback (most recent call last):
@@ -260,10 +256,6 @@ def refuse_wide_deviations(nominal: float | None, low: float | None, high: float
 
 def refuse_other_unit(name: str, value: float, limits: tuple[float, float]) -> None:
     """Refuse limits of the same size in inches or µm, of a radius, or that are deviations. [mm]
-
-    Raises
-    ------
-    PretravelError
 
     >>> refuse_other_unit("diameter", 40.0, (1.574, 1.576))
     Traceback (most recent call last):
@@ -308,10 +300,6 @@ def refuse_other_nominal(
     """Refuse a nominal value that is far outside the limits: one of them is another one's.
 
     In mm, or in degrees.
-
-    Raises
-    ------
-    PretravelError
 
     >>> refuse_other_nominal(20.0, (19.89, 19.95))  # d9: the nominal size is outside
     >>> refuse_other_nominal(41.0, (39.99, 40.01))

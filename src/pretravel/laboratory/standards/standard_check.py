@@ -296,10 +296,6 @@ def refuse_other_unit(touches: Touches, sphere: CalibratedSphere) -> None:
     """Refuse touches whose spread does not fit the sphere: inches taken for mm, or the reverse.
 
     Touches on a sphere spread over about its diameter and that of the tip; an inch is 25.4 mm.
-
-    Raises
-    ------
-    PretravelError
     """
     if float(np.ptp(touches.normals, axis=0).max()) < _SPREAD_NORMALS:
         return  # touches in one direction: their places do not show the sphere

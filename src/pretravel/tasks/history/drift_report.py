@@ -116,8 +116,8 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
         pictures=(Picture("Drift over time", lambda: drift_view(drift, name)),),
         notes=_notes(drift),
         warnings=(
-            *_unseen_turns(history), *_unusable_warnings(history), *_undated_warnings(history),
-            *_gross(history), *_said_of_days(history),
+            *_unseen_turns(history), *_unusable_warnings(history), *_future(history),
+            *_without_date(history), *_gross(history), *_said_of_days(history),
         ),
     )  # fmt: skip
 
@@ -445,10 +445,6 @@ def _unseen_turns(history: FolderDrift) -> list[str]:
 
 def _unusable_warnings(history: FolderDrift) -> list[str]:
     return [f"{file.path.name} is not used: {reason}" for file, reason in history.unusable]
-
-
-def _undated_warnings(history: FolderDrift) -> list[str]:
-    return [*_future(history), *_without_date(history)]
 
 
 def _future(history: FolderDrift) -> list[str]:

@@ -305,12 +305,7 @@ class TouchHistory(Result):
 
 
 def _refuse_other_reference(made: PretravelMap, reference: QualificationSetup) -> None:
-    """Refuse a map from another reference: the errors of both diameters would look like a change.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Refuse a map from another reference: errors of both diameters would look like a change."""
     from pretravel.qualification import other_reference
 
     for said in other_reference(reference, made)[1]:

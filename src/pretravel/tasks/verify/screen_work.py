@@ -141,12 +141,12 @@ def _document(made: VerifiedProbe, entries: tuple[Entry, ...]) -> Document:
     today, drift = made.document(), drift_of_entries(entries)
     all_days = history_document(entries, drift=drift)
     largest = made.verification.largest / MICROMETRE
-    changed = made.verification.changed
+    changed, verdict = made.verification.changed, drift_verdict(drift)
     return replace(
         today,
         title="Daily check",
         verdict=f"{made.verification.touches} touches in {len(made.verification.directions)} "
-        f"directions. {_first_upper(drift_verdict(drift))}.",
+        f"directions. {verdict[:1].upper()}{verdict[1:]}.",
         judgement=_judgement(made),
         figures=(
             KeyFigure("largest difference from the map", largest, "µm", decimals(1)),
@@ -174,10 +174,6 @@ def _judgement(made: VerifiedProbe) -> Judgement:
 
 _OF_TODAY = ("likely cause", "size")
 """Figures of the verification that are shown; its report has all."""
-
-
-def _first_upper(words: str) -> str:
-    return words[:1].upper() + words[1:]
 
 
 def _days(count: int) -> str:

@@ -12,7 +12,6 @@ from pretravel.base import PretravelError, StaleTouchesError
 from pretravel.task import (
     ANSWER,
     MAPS,
-    PAGES,
     SILENT,
     Diameter,
     Field,
@@ -81,7 +80,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     ] = None
     output: Annotated[
         Path | None,
-        output("Report: .json, or a page, .html or .pdf.", ".json", *PAGES, report_json=True),
+        output("Report: .json, or a page, .html or .pdf.", report=True),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> VerifiedProbe:

@@ -137,12 +137,7 @@ class FindAxis(TouchFilesWithFeed, Reported):
         return found, [*said, *warned, *_scatter_warnings(found, u_point)], notes
 
     def _refuse_other_sphere(self, found: RotaryAxis, pretravel_map: PretravelMap | None) -> None:
-        """Refuse a diameter that is not that of the touched sphere; without a map the tip is in it.
-
-        Raises
-        ------
-        PretravelError
-        """
+        """Refuse a diameter that is not of the touched sphere; without a map the tip is in it."""
         from pretravel.maps import same_tip
 
         if self.diameter is None:
@@ -223,12 +218,7 @@ _WANDERS = 0.02
 
 
 def _refuse_turned_spindle(sets: list[Touches]) -> None:
-    """Refuse touches at several orientations of the spindle: the run-out of the tip moves centres.
-
-    Raises
-    ------
-    PretravelError
-    """
+    """Refuse touches at several orientations of the spindle: the tip runs out, and centres move."""
     from pretravel.maps import SAME_ORIENTATION, orientation_of
 
     stated = [angle for own in sets if (angle := orientation_of(own)) is not None]

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 from pretravel.base import InputError, PretravelError
 from pretravel.controls.tasks.export.task import CONTROL_FORM, FormOnControl
 from pretravel.task import (
-    PAGES,
     SILENT,
     Field,
     InModes,
@@ -112,13 +111,7 @@ class Compare(Reported):
     quantity: Annotated[ShownQuantity, InModes(only=("other",))] = "pretravel"
     output: Annotated[
         Path | None,
-        output(
-            "Table: .csv; the report: .json, or a page, .html or .pdf.",
-            ".csv",
-            ".json",
-            *PAGES,
-            report_json=True,
-        ),
+        output("Table: .csv; the report: .json, or a page, .html or .pdf.", ".csv", report=True),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> ComparedMap | ComparedProbes:

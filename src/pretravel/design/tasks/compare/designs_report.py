@@ -62,7 +62,7 @@ def design_comparison_document(
         Of the verdict and the pictures.
     """
     title = f"A: {names[0]}, B: {names[1]}"
-    first, second = (_on_walls(trigger) for trigger in triggers)
+    first, second = (_Walls(trigger) for trigger in triggers)
     words, unit, _ = values_of(triggers[0], quantity)
     mean = [
         float(values_of(trigger, quantity)[2][walls.rows].mean())
@@ -108,10 +108,6 @@ class _Walls:
         self.azimuth = azimuth_angle(trigger.directions[self.rows])
 
 
-def _on_walls(trigger: Trigger) -> _Walls:
-    return _Walls(trigger)
-
-
 def _against(mean: list[float]) -> str:
     share = 100.0 * (mean[1] / mean[0] - 1.0)
     if abs(share) < 0.05:
@@ -126,7 +122,7 @@ def results_of(trigger: Trigger) -> dict[str, float]:
     -------
     mapping of str to float
     """
-    walls = _on_walls(trigger)
+    walls = _Walls(trigger)
     pretravel = trigger.pretravel / MICROMETRE
     shares = {
         f"pretravel by {name.replace('_', ' ')}, mean on walls / µm": _rounded(
@@ -353,7 +349,7 @@ def _around(
 ) -> PolarChart:
     lines = []
     for trigger, value, name, colour in zip(triggers, values, names, (A, B), strict=True):
-        walls = _on_walls(trigger)
+        walls = _Walls(trigger)
         order = np.argsort(walls.azimuth)
         rows = walls.rows[np.append(order, order[0])]
         lines.append(LineMark(azimuth_angle(trigger.directions[rows]), value[rows], name, colour,
@@ -379,7 +375,7 @@ def _over_polar(
 
 def _parts(triggers: tuple[Trigger, Trigger], names: tuple[str, str]) -> PlaneChart:
     """Mean share of each elastic part in the pretravel on walls."""
-    rows = [_on_walls(trigger).rows for trigger in triggers]
+    rows = [_Walls(trigger).rows for trigger in triggers]
     parts = [*dict.fromkeys(name for trigger in triggers for name in trigger.shares)]
     marks: list[Mark] = []
     for place, (trigger, name, colour) in enumerate(zip(triggers, names, (A, B), strict=True)):

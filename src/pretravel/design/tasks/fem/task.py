@@ -73,6 +73,8 @@ class Fem(Reported):
 
     def run(self, progress: Progress = SILENT) -> FiniteElementState:
         """Build the model and determine its state."""
+        import numpy as np
+
         from pretravel.design.fem.elastic_field import (
             field_at_trigger,
             refuse_what_no_field_shows,
@@ -95,17 +97,12 @@ class Fem(Reported):
             settings = MeshSettings(refinement=self.refinement)
             reduced = model_in_memory(probe, settings, self.solver)
             field = field_at_trigger(probe, normal, reduced)
-            around = self._directions_around(probe)
+            around = np.array(list(self._triggering(probe)))
             stresses = stress_by_direction(probe, around, reduced, field)
             return FiniteElementState(probe, reduced, field, stresses)
 
-    def _directions_around(self, probe: Probe) -> FloatArray:
-        """The direction of the touch, then those at its polar angle in which the probe triggers."""
-        import numpy as np
-
-        return np.array(list(self._triggering(probe)))
-
     def _triggering(self, probe: Probe) -> Iterator[FloatArray]:
+        """The direction of the touch, then those at its polar angle in which the probe triggers."""
         import math
 
         from pretravel.base import PretravelError

@@ -11,7 +11,7 @@ import numpy as np
 from pretravel.base import DEGREE, MICROMETRE, PretravelError
 from pretravel.drawing.features.between_features import relations_between
 from pretravel.drawing.features.conformity import size_conformity
-from pretravel.drawing.features.measured_feature import FORM_NAMES, Quantity
+from pretravel.drawing.features.measured_feature import FORM_NAMES, SIZE_NAMES, Quantity
 from pretravel.drawing.tasks.measure.settings_of_features import StatedSettings
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, DrawnRelation
 from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry, nominal_of_part
@@ -29,7 +29,6 @@ from pretravel.drawing.tolerances.tolerances import (
     refuse_other_nominal,
     refuse_other_unit,
 )
-from pretravel.measurement import SIZE_NAMES
 from pretravel.surface import Part
 
 _SAME_PLACE = 1.0  # mm

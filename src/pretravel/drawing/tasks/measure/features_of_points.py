@@ -10,18 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, ConvergenceError, PretravelError, unit
+from pretravel.base import MICROMETRE, ConvergenceError, PretravelError
 from pretravel.drawing.features.measured_feature import (
     BARE_SURFACE,
     MeasuredFeature,
     measure_feature,
 )
 from pretravel.drawing.tasks.measure.settings_of_features import BY_LABEL, StatedSettings
-from pretravel.drawing.tolerances.tolerances import (
-    InspectedFeature,
-    inspect_feature,
-    is_far_from_nominal,
-)
+from pretravel.drawing.tolerances.compared_with_drawing import far_from_places, other_axes
+from pretravel.drawing.tolerances.tolerances import InspectedFeature, inspect_feature
 from pretravel.files import first_few
 from pretravel.measurement import FEED_NOT_KNOWN, Points, named_feature, normals_of_feature
 from pretravel.touches import label_prefix
@@ -31,15 +28,6 @@ if TYPE_CHECKING:
 
 _AT_POINT = 1.0
 """Of a target that is a point or a line: a touch farther away is another place. [mm]"""
-_OTHER_PLACE = 5.0
-"""No feature of a part that is where it was expected is farther from its place. [mm]"""
-_NEAR_PLACE, _TIMES_OTHERS, _FEWEST_OTHERS = 0.3, 20.0, 3
-"""Distance from its place that is suspect where the others are near theirs. [mm], and times the
-largest of these, of which there are as many at least."""
-_OTHER_AXIS = 0.2 * DEGREE
-"""Faces and bores of a part are perpendicular within 0.1° (ISO 2768-K, 100 mm). [rad]"""
-_OPPOSITE = 0.5
-_WITH_DIRECTION = ("plane", "cylinder", "cone", "slot", "line")
 _FEWEST_ON_LINE = 2
 _SMALLEST_TIP = 0.5
 """A diameter of surface points is closer to its nominal. [mm]"""
@@ -106,46 +94,6 @@ def of_no_feature(points: Points, used: Sequence[Points]) -> list[str]:
     return [f"{len(rest)} of {len(points)} points belong to no feature of the drawing: {names}"]
 
 
-def far_from_nominal(feature: MeasuredFeature, row: DrawnFeature) -> list[str]:
-    """Whether the measured size cannot be that of the drawing; that of a cone at no place can."""
-    if row.nominal is None or (feature.kind == "cone" and row.at is None):
-        return []
-    size = feature.quantity(feature.size_name)
-    if not is_far_from_nominal(row.nominal, size.value):
-        return []
-    said = f"the {size.name} is {size.value:.3f} mm, and the drawing's nominal_mm {row.nominal:g}"
-    return [f"{feature.label}: {said}: are these its touches?"]
-
-
-def far_from_place(
-    feature: MeasuredFeature, at: Sequence[float] | None, others: Sequence[float] = ()
-) -> list[str]:
-    """Whether a feature lies too far from its nominal place to be the one that is meant.
-
-    `others` are the distances of the other features: where these are near, so is this one.
-    """
-    away = distance_from_place(feature, at)
-    limit = _OTHER_PLACE
-    if len(others) >= _FEWEST_OTHERS:
-        limit = min(limit, max(_NEAR_PLACE, _TIMES_OTHERS * max(others)))
-    if away < limit:
-        return []
-    shown = f"{away:.1f}" if away >= _OTHER_PLACE else f"{away:.3f}"
-    said = f"{feature.label or feature.kind} lies {shown} mm from its nominal position"
-    near = f", the others {max(others):.3f} mm at most" if away < _OTHER_PLACE else ""
-    return [f"{said}{near}: are these its touches, and is the position in the axes of the points?"]
-
-
-def distance_from_place(feature: MeasuredFeature, at: Sequence[float] | None) -> float:
-    """How far a feature lies from its nominal place, in the coordinates that it has. [mm]"""
-    known = {each.name: each.value for each in feature.quantities}
-    if at is None:
-        return 0.0
-    return math.hypot(
-        *(known[axis] - place for axis, place in zip("xyz", at, strict=True) if axis in known)
-    )
-
-
 def off_the_drawing(
     found: Mapping[str, InspectedFeature], tasks: Mapping[str, StatedSettings]
 ) -> list[str]:
@@ -153,54 +101,6 @@ def off_the_drawing(
     features = {name: own.feature for name, own in found.items()}
     said = far_from_places(features, {name: tasks[name].at for name in features})
     return said + other_axes(features, {name: tasks[name].axis for name in features})
-
-
-def far_from_places(
-    features: Mapping[str, MeasuredFeature], places: Mapping[str, Sequence[float] | None]
-) -> list[str]:
-    """The features of a drawing that are too far from their places, each compared with the others.
-
-    Features that are all away alike have another frame, or a large form: then only those that
-    cannot be meant are named.
-    """
-    away = {name: distance_from_place(own, places[name]) for name, own in features.items()
-            if places[name] is not None}  # fmt: skip
-    said = []
-    for name in away:
-        others = sorted(each for other, each in away.items() if other != name)
-        # One more of them may be away.
-        said += far_from_place(features[name], places[name], others[:-1])
-    return said
-
-
-def other_axes(
-    features: Mapping[str, MeasuredFeature], axes: Mapping[str, Sequence[float] | None]
-) -> list[str]:
-    """The features of a drawing whose measured direction is not the one that is stated."""
-    turned, inward = [], []
-    for name, own in features.items():
-        stated, found = axes[name], own.association.direction
-        if stated is None or found is None or own.kind not in _WITH_DIRECTION:
-            continue
-        wanted = unit(np.asarray(stated, dtype=np.float64))
-        off = math.asin(min(float(np.linalg.norm(np.cross(found, wanted))), 1.0))
-        if off > _OTHER_AXIS + 3.0 * (own.u_direction or 0.0):
-            turned.append(f"{name} by {off / DEGREE:.2g}°")
-        if own.kind == "plane" and float(np.mean(own.points.normals @ wanted)) < -_OPPOSITE:
-            inward.append(name)
-    said = []
-    if turned:
-        said.append(
-            f"measured directions are off the axes in the drawing, {', '.join(turned)}. Is the "
-            "part aligned, and are axes and touches those of these features?"
-        )
-    if inward:
-        said.append(
-            f"{', '.join(inward)}: the touches have normals against the axis in the drawing, which "
-            "points out of the material: one of them is wrong. Compensation takes the tip radius "
-            "off along the normals of the touches"
-        )
-    return said
 
 
 def inspected(label: str, points: Points, task: StatedSettings) -> InspectedFeature:

@@ -42,7 +42,7 @@ from pretravel.drawing.tasks.measure.verdict_of_features import (
     shown_name,
     verdict_of,
 )
-from pretravel.drawing.tolerances.sizes_alike import sizes_alike
+from pretravel.drawing.tolerances.compared_with_drawing import sizes_alike
 from pretravel.drawing.tolerances.tolerances import (
     InspectedFeature,
     OpenTolerance,

@@ -256,9 +256,7 @@ class Measure(LaboratoryReport):
             ".parquet",
             ".dfq",
             ".qif",
-            ".json",
-            *PAGES,
-            report_json=True,
+            report=True,
         ),
     ] = None
 
@@ -502,7 +500,6 @@ class Measure(LaboratoryReport):
             several features.
         """
         from pretravel.drawing.tasks.measure.features_of_points import (
-            far_from_place,
             inspected,
             kinds_of,
             nominals_of,
@@ -510,6 +507,7 @@ class Measure(LaboratoryReport):
             with_names_of_features,
         )
         from pretravel.drawing.tasks.measure.missed import several_features, without_missed
+        from pretravel.drawing.tolerances.compared_with_drawing import far_from_place
         from pretravel.measurement import points_of_features
 
         wanted = wanted or self.wanted(part)
@@ -542,7 +540,6 @@ class Measure(LaboratoryReport):
         """The features of a drawing; those whose faces were not touched are named."""
         from pretravel.drawing.tasks.measure.drawn_features import DrawnFeatures
         from pretravel.drawing.tasks.measure.features_of_points import (
-            far_from_nominal,
             inspected,
             kinds_of,
             nominals_of,
@@ -551,6 +548,7 @@ class Measure(LaboratoryReport):
             points_at_targets,
         )
         from pretravel.drawing.tasks.measure.missed import without_missed
+        from pretravel.drawing.tolerances.compared_with_drawing import far_from_nominal
         from pretravel.drawing.tolerances.drawing_on_part import differences_from_part, faces_words
         from pretravel.measurement import points_of_features, points_on_faces
 

@@ -21,7 +21,6 @@ from pretravel.base import (
 )
 from pretravel.task import (
     ANSWER,
-    PAGES,
     SILENT,
     UPRIGHT,
     Angles,
@@ -212,11 +211,7 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
     output: Annotated[
         Path | None,
         output(
-            "Test values: .csv; the report: .json, or a page, .html or .pdf.",
-            ".csv",
-            ".json",
-            *PAGES,
-            report_json=True,
+            "Test values: .csv; the report: .json, or a page, .html or .pdf.", ".csv", report=True
         ),
     ] = None
 

@@ -12,7 +12,6 @@ from pretravel.base import TIP_BALL, InputError, PretravelError
 from pretravel.laboratory.rig.moved_marks import MovedMark
 from pretravel.task import (
     MAPS,
-    PAGES,
     SILENT,
     Field,
     LaboratoryReport,
@@ -71,9 +70,7 @@ class Rig(LaboratoryReport):
         output(
             "Touches: .csv; the certificate: .json with all values, or a page, .html or .pdf.",
             ".csv",
-            ".json",
-            *PAGES,
-            report_json=True,
+            report=True,
         ),
     ] = None
     budget: Annotated[

@@ -185,9 +185,7 @@ class Separate(LaboratoryReport):
         output(
             "Errors and variances: .csv; the report: .json, or a page, .html or .pdf.",
             ".csv",
-            ".json",
-            *PAGES,
-            report_json=True,
+            report=True,
         ),
     ] = None
 
