@@ -190,6 +190,11 @@ def columns_of_readings(
         return None
     if text.names is None:
         return None
+    if {"level_mm", "left_um"} <= set(text.names):
+        raise file.error(
+            "this table has the columns level_mm and left_um: it is a result of repeated touches, "
+            "not their log. Evaluate the log"
+        )
     names = [column_name(title) for title in text.names]
     known = {name.role for name in names}
     of_one_axis = len(known & _POSITIONS) == 1 and known & {"feed", "spindle"}

@@ -10,8 +10,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import FloatArray, StaleTouchesError
-from pretravel.maps import PretravelMap
+from pretravel.base import FloatArray, PretravelError, StaleTouchesError
+from pretravel.maps import Origin, PretravelMap, TabulatedBasis
 from pretravel.touches import Touches, quantisation_step
 
 _DIGITS = 12
@@ -170,3 +170,22 @@ def _numbers(digests: str) -> npt.NDArray[np.uint64]:
         return np.array(sorted(int(part, 16) for part in parts), dtype=np.uint64)
     except (ValueError, OverflowError):
         return np.empty(0, dtype=np.uint64)
+
+
+def refuse_table(pretravel_map: PretravelMap) -> None:
+    """Refuse a qualified map of which only a table is left, as qualify writes it into .csv.
+
+    Touches of the map could verify it, errors of the reference look like a change of the probe, and
+    an update would fit the thousands of values of the table.
+
+    Raises
+    ------
+    PretravelError
+    """
+    made = pretravel_map.provenance
+    table = pretravel_map.kind == TabulatedBasis.kind and made.origin is Origin.QUALIFIED
+    if table and made.setup is None:
+        raise PretravelError(
+            "this map is a table (.csv): neither the reference nor the touches of its "
+            "qualification are in it. Use the map of pretravel qualify, .json"
+        )

@@ -20,6 +20,7 @@ from pretravel.base import (
     probe_rotation,
 )
 from pretravel.maps import PretravelMap
+from pretravel.qualification.own_touches import refuse_table
 
 _SPREAD = 600
 """Directions over which functions of direction are compared."""
@@ -309,6 +310,7 @@ def _refuse_unusable(pretravel_map: PretravelMap) -> None:
             "the old map has no uncertainty (a prediction, or a table), so that new touches "
             "have no weight compared with it; use a map of pretravel qualify"
         )
+    refuse_table(pretravel_map)
     if not pretravel_map.basis.follows_probe:
         raise PretravelError(
             f"a map of kind {pretravel_map.kind} does not follow the probe closely enough to be "

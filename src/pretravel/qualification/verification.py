@@ -37,7 +37,7 @@ from pretravel.qualification.change_tests import (
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, median_of_groups, triggered
-from pretravel.qualification.own_touches import own_touches_warnings
+from pretravel.qualification.own_touches import own_touches_warnings, refuse_table
 from pretravel.qualification.unseen_turn import UnseenTurn, unseen_turn
 from pretravel.touches import (
     Touches,
@@ -361,13 +361,15 @@ def refuse_unverifiable(pretravel_map: PretravelMap) -> None:
     Raises
     ------
     PretravelError
-        It states no uncertainty of its own, or is of a kind that does not follow the probe.
+        It states no uncertainty of its own, is a table, or of a kind that does not follow the
+        probe.
     """
     if not pretravel_map.states_uncertainty:
         raise PretravelError(
             "this map has no uncertainty (a prediction, or a table), so there is no limit "
             "beyond which a difference is a change; use a map of pretravel qualify"
         )
+    refuse_table(pretravel_map)
     if not pretravel_map.basis.follows_probe:
         raise PretravelError(
             f"a map of kind {pretravel_map.kind} does not follow the probe closely enough: the "

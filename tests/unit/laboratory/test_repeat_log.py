@@ -204,3 +204,10 @@ def test_an_axis_that_the_file_contradicts_is_refused() -> None:
     table = "x_mm,y_mm,z_mm\n" + "".join(f"{x:.6f},5,0\n" for x in HEIGHTS)
     with pytest.raises(InputError, match="differ along x, and not along z: leave the axis out"):
         read_repeats(_log(table), axis="z")  # it said that the noise is zero
+
+
+def test_a_table_of_repeat_is_no_log() -> None:
+    """Its levels and residuals were further series of heights."""
+    rows = "".join(f"1,{k},{k},{z:.4f},1,1.32,0.1\n" for k, z in enumerate(HEIGHTS))
+    with pytest.raises(InputError, match="not their log"):
+        read_repeats(_log(f"series,touch,line,position_mm,usual,level_mm,left_um\n{rows}"))

@@ -15,6 +15,7 @@ from pretravel.qualification.axis_errors import hypotheses
 from pretravel.qualification.block_plan import plan_block
 from pretravel.qualification.reference_fit import contradicted_priors, fit_references
 from pretravel.qualification.references import Reference
+from pretravel.tasks.qualify.references_report import reference_document
 from pretravel.touches import Touches
 
 FOUR = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -114,6 +115,23 @@ def test_inside_and_outside_give_the_scale(tip_diameter: float | None) -> None:
             + 4.0 * USUAL**2
         )
         assert scale.u == pytest.approx(u / 100.0, rel=0.4)
+    assert "same directions" not in " ".join(map(str, reference_document(found, references).notes))
+
+
+def test_other_directions_of_ring_and_block_are_named() -> None:
+    """The ring is touched 5° off the normals of the faces: its pretravel is another unknown."""
+    both, turn = _ring_and_block(150e-6), np.radians(5.0)
+    ring = np.array([name == "r40" for name in both.references or ()])[:, None]
+    about = np.array(
+        [[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0, 0, 1]]
+    )
+    turned = [np.where(ring, rows @ about.T, rows) for rows in (both.positions, both.normals)]
+    references = [Reference("r40", "ring", (40.0,)), Reference("block", "block", (60.0,))]
+    found = fit_references(
+        Touches(*turned, references=both.references), references, tip_diameter=6.0
+    )
+    assert not found.term("scale of x").determined
+    assert "same directions" in str(reference_document(found, references).notes[-1])
 
 
 @pytest.mark.parametrize(

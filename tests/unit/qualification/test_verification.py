@@ -17,7 +17,7 @@ from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
-from pretravel.files.map_file import write_map
+from pretravel.files.map_file import read_map, write_map
 from pretravel.files.probe_history import add_verification, read_history
 from pretravel.files.touches_csv import write_touches
 from pretravel.maps.kinds.mean import MeanBasis
@@ -150,6 +150,18 @@ class TestRefused:
         guess = predicted_map(probe, predict(probe, sphere_pattern_25()))
         with pytest.raises(PretravelError, match="has no uncertainty"):
             verify(touches(1), guess, 25.0)
+
+    def test_a_table_of_a_map(self, tmp_path: Path) -> None:
+        """It has no digests: the touches that made the map could verify it."""
+        path = tmp_path / "map.csv"
+        write_map(path, old_map())
+        table = read_map(path)
+        for refused in (
+            lambda: verify(touches(1), table, 25.0),
+            lambda: update_map(touches(1), table, 25.0),
+        ):
+            with pytest.raises(PretravelError, match="neither the reference nor the touches"):
+                refused()
 
     @pytest.mark.parametrize("kind", ["mean", "sectors", "wozniak"])
     def test_maps_that_do_not_follow_the_probe(self, kind: str) -> None:

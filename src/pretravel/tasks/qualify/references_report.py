@@ -91,6 +91,7 @@ def reference_document(
                 "is listed with what these touches do not distinguish from it."
             ),
             *_assumptions(references),
+            *_same_directions(fit, references),
         ),
         warnings=(*said, *fit.warnings),
         data=(Table.of(term_columns(fit), "Terms"),),
@@ -125,6 +126,22 @@ def _assumptions(references: Sequence[Reference]) -> list[str]:
         + (f", faces parallel to {one.form / MICROMETRE:g} µm" if one.shape == "block" else "")
         for one in known
     ]
+
+
+def _same_directions(fit: ReferenceFit, references: Sequence[Reference]) -> list[str]:
+    """What separates scale and pretravel, where several sizes are known and did not."""
+    open_scales = [
+        term.name
+        for term in fit.terms
+        if term.name.startswith("scale") and not term.determined and "pretravel" in term.told_from
+    ]
+    if not open_scales or sum(bool(one.sizes) for one in references) < 2:
+        return []
+    said = (
+        f"To determine the {', '.join(open_scales)}, touch the references in the same directions: "
+        "their pretravel is one if their normals differ by less than 1°."
+    )
+    return [said]
 
 
 def _digits(u: float) -> Digits:
