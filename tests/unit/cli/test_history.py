@@ -171,7 +171,7 @@ def test_what_a_terminal_would_obey_is_shown_as_text(
     ("words", "message"),
     [
         (("{0}/logs",), "needs the calibrated diameter.*--diameter"),
-        (("{0}/probe.jsonl", "--diameter", 25), "not used with a file of verifications.*--diameter"),
+        (("{0}/probe.jsonl", "--diameter", 25), "with a file of verifications.*--diameter"),
         (("{0}/logs", "--diameter", 25, "--map", "{0}/m.json", "--kind", "harmonic"),
          "the map gives it"),
         (("{0}/empty", "--diameter", 25), "the folder has no file of touches"),
