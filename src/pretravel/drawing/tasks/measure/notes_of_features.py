@@ -141,8 +141,8 @@ def notes_on_datums(
         "tolerances to datums: each datum feature is fitted as its line of the drawing says, and "
         "fixes the motions that earlier datums left free (ISO 5459). Motions that remain free are "
         "fitted so that the largest distance is as small as possible. U contains the errors of "
-        "the datums. The zone of a surface must contain its touched points, and the zone of an axis both "
-        "ends of the axis over the touched length"
+        "the datums. The zone of a surface must contain its touched points, and the zone of an "
+        "axis both ends of the axis over the touched length"
     )
     return notes
 
