@@ -110,7 +110,7 @@ def _radii_statements(
     return [
         map_statement(pretravel_map),
         f"units {settings.units}. Tip radius {radius} minus pretravel",
-        f"each radius is the {_OF_SECTOR[criterion]} of its sector - not that at its angle",
+        f"each radius is the {_OF_SECTOR[criterion]} of its sector - not the radius at the angle",
         *conditions_statements(pretravel_map, settings),
         f"the angles are {meaning} - from X toward Y of the machine",
         f"XY points are wrong by {_residuals(table)} with the radius of the nearest angle",

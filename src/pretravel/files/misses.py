@@ -28,6 +28,8 @@ _INSIDE = 0.3
 """A surface is not as far behind its nominal place as this at every touch. [mm]"""
 _FEWEST_OTHERS = 3
 """One touch in three can be a miss."""
+_ALIKE = 0.99
+"""Cosine of normals of one plane."""
 _ODD = 6.0
 """A height of 0 farther than this many standard deviations from the plane of the others is named:
 by chance 4 % of the zeros next to five others with normal errors, 0.3 % next to nine."""
@@ -150,7 +152,9 @@ def named_misses(
             return replace(found, warnings=(*found.warnings, *told))
     same = float(np.ptp(touches.normals, axis=0).max()) < 1e-6
     axis = int(np.argmax(np.abs(touches.normals[0])))
-    told = far_sentence(touches.positions, lines, axis if same else None, touches.labels)
+    told = far_sentence(
+        touches.positions, lines, axis if same else None, touches.labels, touches.normals
+    )
     return replace(found, warnings=(*found.warnings, *told)) if told else found
 
 
@@ -193,6 +197,7 @@ def far_sentence(
     lines: Sequence[int],
     axis: int | None = 2,
     labels: Sequence[str] | None = None,
+    normals: FloatArray | None = None,
 ) -> tuple[str, ...]:
     """A sentence that names positions far from the others; none where there are none.
 
@@ -219,7 +224,15 @@ def far_sentence(
             lines,
         )
         for kind, found in missed_points_of_features(positions, labels)
+        if normals is None or not _is_other_face(normals, found.rows)
     )
+
+
+def _is_other_face(normals: FloatArray, rows: Sequence[int]) -> bool:
+    """Whether several touches have one normal, which none of the others has: another face."""
+    own = normals[list(rows)]
+    others = np.delete(normals, list(rows), axis=0)
+    return len(own) > 1 and bool((own @ own[0]).min() > _ALIKE > (others @ own[0]).max())
 
 
 def odd_zeros(positions: FloatArray, axis: int) -> list[int]:

@@ -414,8 +414,8 @@ class TouchSummary:
         if seen or not pretravel_map.repeatability > 0.0:
             return ""
         return (
-            "no place was touched twice: u contains the scatter of the touches on the reference "
-            f"({pretravel_map.repeatability / MICROMETRE:.2g} µm), not that of the part"
+            "no place was touched twice: u contains the repeatability on the reference "
+            f"({pretravel_map.repeatability / MICROMETRE:.2g} µm); that on the part is not known"
         )
 
 

@@ -154,8 +154,8 @@ def _sphere_figures(
     if not unit:
         text += f" (as inches: {INCH * diameter:.4f} mm)"
     remark = (
-        f"diameter {text} through the tip centres (reference plus tip, less twice the pretravel), "
-        f"which lie within {deviation:.4f}{' ' + unit if unit else ''} of this sphere; centre "
+        f"diameter {text} through the tip centres (reference plus tip, less twice the pretravel); "
+        f"all tip centres lie within {deviation:.4f}{' ' + unit if unit else ''} of it; centre "
         f"{value_text(tuple(np.round(fit.center, 4).tolist()))}"
     )
     figures = [KeyFigure("sphere", remark)]

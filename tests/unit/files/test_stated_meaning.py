@@ -481,6 +481,20 @@ class TestMisses:
         assert found.touches.positions.tolist() == [[0, 0, 0.1], [0, 5, 0.3], [10, 5, 0.4]]
         assert found.missed == ("column 2 of line 4",)
 
+    def test_another_face_is_no_miss_where_the_labels_do_not_separate_it(self) -> None:
+        """Two bores and a top face 16 mm above, in one table whose labels are numbers."""
+        azimuth = np.radians(30.0 * np.arange(24))
+        walls = np.column_stack([-np.cos(azimuth), -np.sin(azimuth), 0.0 * azimuth])
+        middle = np.where(np.arange(24) < 12, 0.0, 40.0)
+        x, y = middle - 7.0 * walls[:, 0], -7.0 * walls[:, 1]
+        rows = [f"{a},{b},-8,{n[0]},{n[1]},0" for a, b, n in zip(x, y, walls, strict=True)]
+        rows += [f"{10 * k},{20 + k % 2},8,0,0,1" for k in range(5)]
+        text = "x_mm,y_mm,z_mm,nx,ny,nz\n" + "\n".join(rows) + "\n"
+        assert not read_readings(SourceFile("a.csv", text.encode())).warnings
+        missed = text.replace(rows[3], rows[3].replace(",-8,", ",8,"))
+        (told,) = read_readings(SourceFile("a.csv", missed.encode())).warnings
+        assert "that of line 5 (+16.000 mm)" in told
+
 
 class TestReferences:
     def test_a_ring_in_machine_coordinates(self) -> None:

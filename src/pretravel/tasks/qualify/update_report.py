@@ -108,8 +108,8 @@ def _of_centers(result: MapUpdate) -> str:
         for one in (result.pretravel_map, result.prior_map)
     )
     return (
-        "; both contain the part of the error of the centre that the scatter of the touches "
-        f"causes. Without this error: {new} µm, old map {old} µm"
+        "; both contain the error of the centre that comes from the scatter of the touches. "
+        f"Without it: {new} µm, old map {old} µm"
     )
 
 
