@@ -61,8 +61,8 @@ def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
     return [
         (
             "no direction was repeated, and the directions are too few to determine the "
-            f"repeatability: {repeatability.deviation / MICROMETRE:.2f} µm is a usual value, not a measured one. "
-            "Touch each direction several times"
+            f"repeatability: {repeatability.deviation / MICROMETRE:.2f} µm is a usual value, not "
+            "a measured one. Touch each direction several times"
         )
     ]
 
@@ -118,7 +118,8 @@ def map_warnings(
         found.append(
             "at the touched azimuths three lobes look like two, or like none (as on rings that all "
             "have the same five or six azimuths): u of the map allows for a usual probe with three "
-            "rods, and the map of another probe can be wrong by more; touch eight azimuths, or turn every other ring by half a step"
+            "rods, and the map of another probe can be wrong by more; touch eight azimuths, or "
+            "turn every other ring by half a step"
         )
     largest_polar = float(polar_angle(observation.directions).max())
     if not observation.ring:
