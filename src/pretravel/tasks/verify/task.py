@@ -136,7 +136,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
             from pretravel.qualification import qualify_like
 
             accepted = qualify_like(measured, old_map, self.diameter, ring=self.ring)
-        with _new_map(self.accept, accepted and accepted.pretravel_map):
+        with _new_map(self.accept, None if accepted is None else accepted.pretravel_map):
             if self.history is not None:
                 moment, why = time_of_touches(self.files)
                 readings = replace(readings, warnings=(*readings.warnings, *filter(None, [why])))
