@@ -169,8 +169,8 @@ def _left_out(
         variance = centered.covariance.variance_of(design) + noise**2 / count
         variance += max(fit.fixed_scatter, effects.step_scatter) ** 2 + effects.fixed_scatter**2
         used = np.ones(len(values), dtype=bool)
-        if not few:
-            used = others.support.supports(directions)
+        if not few:  # the same directions for all kinds, whose centres differ
+            used = others.support.supports(hidden.group_directions)
         distances.append((values - design @ centered.coefficients)[used])
         variances.append(variance[used])
     return np.concatenate(distances), np.concatenate(variances)

@@ -13,6 +13,7 @@ from scipy.stats import norm
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.maps.kind import KindOfMap, MapFit
+from pretravel.maps.kinds import kind_named
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
@@ -25,7 +26,7 @@ from pretravel.qualification.kind_weights import (
     stacking_weights,
 )
 from pretravel.qualification.qualification import KindScore, PreparedTouches
-from pretravel.qualification.qualifying import prepare
+from pretravel.qualification.qualifying import prepare, qualified
 from pretravel.six_seats.physical import PhysicalKind
 from pretravel.touches import Touches
 
@@ -240,3 +241,17 @@ def test_weights_follow_from_the_densities_of_left_out_directions(
     monkeypatch.setattr(kind_weights, "MOST_COMPARED", 6)
     _score(ready, both)  # type: ignore[arg-type]
     assert seen == [14] * 6 + [6, 6]
+
+
+def test_all_kinds_are_compared_in_the_same_directions() -> None:
+    """Equator and pole: without some, the centre of each kind has another height, and what the
+    others surround depended on it: the numbers of directions differed, and the command failed."""
+    around = np.radians(np.arange(0.0, 360.0, 15.0))
+    wall = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
+    n = np.tile(np.vstack([wall, [[0.0, 0.0, 1.0]]]), (2, 1))
+    lobes = 4.0 + np.cos(3.0 * np.arctan2(n[:, 1], n[:, 0])) * (1.0 - n[:, 2]) - 3.0 * n[:, 2]
+    noise = np.random.default_rng(3).normal(0.0, 0.3, len(n))
+    touches = Touches(n * (15.5 - (lobes + noise) * UM)[:, None], n)
+    kinds = [kind_named(name) for name in ("harmonic", "wozniak")]
+    found = qualified(touches, QualificationSetup(25.0, tip_diameter=6.0), kinds)
+    assert found.pretravel_map.kind == "harmonic"
