@@ -114,21 +114,33 @@ def noise_tails(
             if fitted:
                 now = weighted_residuals(design, errors, weights * factor)
         residuals[k], start[k] = now, level
-    shares = _GROSS_SHARES if gross else _GROSS_SHARES[:1]
-    return _probabilities((residuals**2 / own)[:, None, :], start, shares)
+    squared = (residuals**2 / own)[:, None, :]
+    if gross:  # all are fitted alike
+        return _probabilities(squared, start, _GROSS_SHARES, np.zeros(len(errors)))
+    return _probabilities(squared, start, _GROSS_SHARES[:1], scale.leverage)
 
 
-def _probabilities(squared: FloatArray, start: FloatArray, shares: FloatArray) -> NoiseTails:
-    """Levels and probabilities by expectation maximisation, all distributions at once."""
+def _probabilities(
+    squared: FloatArray, start: FloatArray, shares: FloatArray, leverage: FloatArray
+) -> NoiseTails:
+    """Levels and probabilities by expectation maximisation, all distributions at once.
+
+    The fit with heavy tails brings as many residuals to zero as it has errors to determine, which
+    alone would make heavy tails probable. So the errors are integrated out (Laplace, with the
+    information of the distribution): the residuals count as they are, not enlarged by the leverage.
+    """
     share = shares[None, :, None]
+    fitted = float(np.sum(leverage))
+    by_fit = 0.5 * fitted * np.log((1.0 + TAILS) / (1.0 + 3.0 * TAILS))[:, None]
     level = np.repeat(start[:, None], len(shares), axis=1)
     logarithm = np.empty_like(level)
     for _ in range(_GROSS_ROUNDS):
         z2 = squared / level[:, :, None]
         wide = _gross_density(np.sqrt(z2))
-        core = (1.0 - share) * np.exp(_log_density(z2))
+        core = (1.0 - share) * np.exp(_log_density(z2 * (1.0 - leverage)))
         density = np.maximum(core + share * wide, 1e-300)
-        logarithm = np.log(density).sum(axis=-1) - 0.5 * z2.shape[-1] * np.log(level)
+        logarithm = np.log(density).sum(axis=-1) - by_fit
+        logarithm -= 0.5 * (z2.shape[-1] - fitted) * np.log(level)
         good = np.where(core + share * wide > 0.0, core / density, 1.0)
         factor = good * student_weight(TAILS[:, None, None], z2)
         level = level * (factor * z2).sum(axis=-1) / good.sum(axis=-1)
