@@ -470,9 +470,9 @@ _COMPENSATED_BEFORE = re.compile(
     r"deducted|taken off|compensated|corrected|abgezogen|korrigiert|kompensiert|verrechnet)\b|"
     r"radius(?:korrigierte?|kompensierte?)\b|\bpretravel\b\W+(?:\w+\W+)?(?:compensat|correct|"
     r"subtract|remov)\w*|"
-    r"^\W*(?:(?:all|measured|probed|touched|the|points? (?:on|of)(?: the)?)\W)*(?:part\W)?"
-    r"(?:surface(?:\W(?:points?|coordinates?))?|oberflächenpunkte|flächenpunkte)\W*"
-    r"(?:(?:coordinates|in|are|mm|inch)\W*)*(?:,.*)?$",
+    r"^\W*+(?:(?:all|measured|probed|touched|points?|on|of|the)\W++)*+(?:part\W++)?+"
+    r"(?:surface(?:\W++(?:points?|coordinates?))?+|oberflächenpunkte|flächenpunkte)\b\W*+"
+    r"(?:(?:coordinates|in|are|mm|inch)\b\W*+)*+$",
     re.IGNORECASE,
 )
 """A line before the rows that says that the radius, or the pretravel, is subtracted already."""
