@@ -56,7 +56,7 @@ class TestCompensatedPoints:
         else:
             text = out.read_text(encoding="utf-8").replace("; PRETRAVEL COMPENSATED\n", "")
             readings = read_fusion(SourceFile("points.msr", text.encode()), "mm")
-            # The evaluation by Fusion: the comment is passed over, the radius is subtracted along the nominal normal.
+            # Fusion passes the comment over, and subtracts the radius along the nominal normal.
             found = readings.touches.positions - 3.0 * readings.touches.normals
         assert found == pytest.approx(expected.positions, abs=1e-12)
 
