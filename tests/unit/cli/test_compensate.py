@@ -16,6 +16,7 @@ from pretravel.files.logs.fusion import read_fusion
 from pretravel.files.logs.qif import read_point_sets
 from pretravel.files.map_file import read_map
 from pretravel.files.points_reading import read_points
+from pretravel.files.source_file import SourceFile
 from pretravel.files.touches_csv import read_touches, touches_table
 from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches
@@ -53,8 +54,9 @@ class TestCompensatedPoints:
             assert all(points.compensated)
             found = points.points
         else:
-            readings = read_fusion(out, "mm")
-            # The evaluation by Fusion: the radius is subtracted along the nominal normal.
+            text = out.read_text(encoding="utf-8").replace("; PRETRAVEL COMPENSATED\n", "")
+            readings = read_fusion(SourceFile("points.msr", text.encode()), "mm")
+            # Fusion passes the comment over, and subtracts the radius along the nominal normal.
             found = readings.touches.positions - 3.0 * readings.touches.normals
         assert found == pytest.approx(expected.positions, abs=1e-12)
 
