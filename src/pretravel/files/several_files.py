@@ -116,19 +116,9 @@ def read_series(
     _refuse_different(paths, tips, "tip's diameter", ("tip_diameter",))
     touches = _one_series(paths, [readings.touches for readings in found])
     rest = [name for name in options.exclude if not any(name in names for names in own)]
-    for name in rest:
-        if name not in (touches.labels or ()):
-            raise PretravelError(
-                f"there is no touch with the label '{name}' in the series; a line is given with "
-                f"its file: {paths[0].name}:17",
-                inputs=("exclude",),
-            )
     names = [path.name for path in paths]
-    kept = touches.without(rest)
-    if rest:
-        kept = replace(kept, reading=f"{kept.reading}; then excluded: {', '.join(rest)}")
     read = FileReadings(
-        kept,
+        _without(touches, rest, names[0]),
         missed=tuple(
             f"{path.stem}.{label}"
             for path, readings in zip(paths, found, strict=True)
@@ -155,6 +145,21 @@ def read_series(
         digests=tuple(readings.touches.digest for readings in found),
     )
     return _each_once(read, options)
+
+
+def _without(touches: Touches, labels: Sequence[str], file: str) -> Touches:
+    """A series without the touches of some labels, which must be in it."""
+    for name in labels:
+        if name not in (touches.labels or ()):
+            raise PretravelError(
+                f"there is no touch with the label '{name}' in the series; a line is given with "
+                f"its file: {file}:17",
+                inputs=("exclude",),
+            )
+    kept = touches.without(labels)
+    if not labels:
+        return kept
+    return replace(kept, reading=f"{kept.reading}; then excluded: {', '.join(labels)}")
 
 
 def _refuse_different(
