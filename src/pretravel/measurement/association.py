@@ -122,7 +122,7 @@ def _circle(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> As
             f"the points do not lie in one plane across the axis: they are up to {height:.3g} mm "
             f"from it, with a radius of {fit.radius:.4g} mm. Measure them as a cylinder, give the "
             "direction of the axis, or select the points of one height",
-            inputs=("axis", "select"),
+            inputs=("axis",),
         )
     return _circle_at(p, middle + fit.center @ sideways, normal, fit.radius)
 
