@@ -264,7 +264,8 @@ def _set_axis(axes: Axes, axis: Axis, name: str) -> None:
         getattr(axes, f"set_{name}ticks")(axis.ticks, axis.tick_names or None)
     if axis.tick_names:
         axes.tick_params(axis=name, labelsize=8)  # type: ignore[arg-type]
-    getattr(axes, f"set_{name}lim")(axis.low, axis.high)
+    if (axis.low, axis.high) != (None, None):  # which would end the automatic limits
+        getattr(axes, f"set_{name}lim")(axis.low, axis.high)
     if axis.logarithmic and not axis.ticks:
         _plain_numbers(axes, name)  # by the limits that are drawn
 

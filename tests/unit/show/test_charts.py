@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import pickle
 import re
@@ -258,3 +259,11 @@ def test_a_body_alone_fills_its_image() -> None:
     drawn = np.any(pixels != pixels[:1, :1], axis=2)
     assert pixels.shape[1] > 1.5 * pixels.shape[0]
     assert np.diff(np.flatnonzero(drawn.any(axis=1))).max() < 30  # dots: 6 mm
+
+
+def test_a_chart_of_equal_units_has_no_fixed_limits(caplog: pytest.LogCaptureFixture) -> None:
+    """Matplotlib wrote 'Ignoring fixed x limits' on stderr for each of them."""
+    dots = Dots(np.arange(3.0), np.arange(3.0), "")
+    chart = PlaneChart("", Axis("x"), Axis("y"), (dots,), equal=True)
+    drawn_figure(View("", (chart,))).savefig(io.BytesIO())
+    assert not caplog.records
