@@ -118,10 +118,11 @@ def _circle(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> As
     fit = fit_sphere((p - middle) @ sideways.T)
     height = float(np.max(np.abs((p - middle) @ normal)))
     if height > OUT_OF_PLANE * fit.radius:
+        ways = "" if axis is not None else ", give the direction of the axis"
         raise PretravelError(
             f"the points do not lie in one plane across the axis: they are up to {height:.3g} mm "
-            f"from it, with a radius of {fit.radius:.4g} mm. Measure them as a cylinder, give the "
-            "direction of the axis, or select the points of one height",
+            f"from it, with a radius of {fit.radius:.4g} mm. Measure them as a cylinder{ways}, or "
+            "select the points of one height",
             inputs=("axis",),
         )
     return _circle_at(p, middle + fit.center @ sideways, normal, fit.radius)

@@ -118,8 +118,6 @@ def _plane(chart: PlaneChart, figure: Figure, cell: tuple[int, int, int]) -> Non
     if chart.equal:
         fixed = None not in (chart.x.low, chart.x.high, chart.y.low, chart.y.high)
         axes.set_aspect("equal", adjustable="box" if fixed else "datalim")
-        if not fixed:
-            axes.set_autoscale_on(True)  # else matplotlib logs every limit that it widens
     axes.grid(color=LIGHT["grid"], lw=0.6)
     axes.set_axisbelow(True)
     axes.set_title(chart.title, fontsize=11, y=1.0)
@@ -266,7 +264,7 @@ def _set_axis(axes: Axes, axis: Axis, name: str) -> None:
         getattr(axes, f"set_{name}ticks")(axis.ticks, axis.tick_names or None)
     if axis.tick_names:
         axes.tick_params(axis=name, labelsize=8)  # type: ignore[arg-type]
-    if axis.low is not None or axis.high is not None:
+    if (axis.low, axis.high) != (None, None):  # which would end the automatic limits
         getattr(axes, f"set_{name}lim")(axis.low, axis.high)
     if axis.logarithmic and not axis.ticks:
         _plain_numbers(axes, name)  # by the limits that are drawn
