@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -129,12 +130,7 @@ def read_series(
             for name, readings in zip(names, found, strict=True)
             for warning in readings.warnings
         )
-        + several_days(
-            [
-                moment_of_touches(readings.touches.reading, path.name)
-                for path, readings in zip(paths, found, strict=True)
-            ]
-        ),
+        + several_days([_day_of(path, r) for path, r in zip(paths, found, strict=True)]),
         tip_radius=found[0].tip_radius,
         unfinished="; ".join(
             f"{name}: {readings.unfinished}"
@@ -160,6 +156,10 @@ def _without(touches: Touches, labels: Sequence[str], file: str) -> Touches:
     if not labels:
         return kept
     return replace(kept, reading=f"{kept.reading}; then excluded: {', '.join(labels)}")
+
+
+def _day_of(path: Path, readings: FileReadings) -> datetime | None:
+    return moment_of_touches(readings.touches.reading, path.name)
 
 
 def _refuse_different(
