@@ -273,8 +273,8 @@ def replaced_since(path: str | Path, pretravel_map: PretravelMap) -> tuple[str, 
 def read_history(path: str | Path) -> list[Entry]:
     """All verifications of a probe, oldest first.
 
-    Where a second entry has the touches of an earlier one, for another decision, only the second
-    is returned: the touches of a day count once.
+    Where a map was accepted with the touches of an earlier entry, that entry is left out: the
+    touches of a day count once.
 
     Raises
     ------
@@ -289,8 +289,13 @@ def read_history(path: str | Path) -> list[Entry]:
     entries = _entries(opened(path))
     if not entries:
         raise InputError("the history contains no verification yet", path=path)
-    last = {entry[_TOUCHES_ID] or entry.number: entry for entry in entries}
-    return sorted(last.values(), key=lambda entry: (_moment(str(entry["time"])), entry.number))
+    accepted = {
+        entry[_TOUCHES_ID]: entry.number
+        for entry in entries
+        if entry[_TOUCHES_ID] and str(entry["decision"]).startswith("accepted ")
+    }
+    once = [entry for entry in entries if entry.number >= accepted.get(entry[_TOUCHES_ID], 0)]
+    return sorted(once, key=lambda entry: (_moment(str(entry["time"])), entry.number))
 
 
 def _without_rest(content: bytes) -> bytes:

@@ -491,8 +491,8 @@ def _words_taken(
     if words[0] is not None and column_name(names[0]).role is None:  # P1 is a label
         names[0] = "label"
     labels = [i for i, name in enumerate(names) if name == "label"]
-    if any(IS_NUMBER.fullmatch(body[0][1][i]) for i in labels):  # Q151 = 1.5, with blanks
-        return None, body
+    if len(labels) > 1 and any(IS_NUMBER.fullmatch(body[0][1][i]) for i in labels):
+        return None, body  # Q151 = 1.5, with blanks
     for i in labels[1:]:
         names[i] = f"column {i + 1}"
     taken = []

@@ -77,6 +77,7 @@ from .spindle_orientation import refuse_other_orientation as refuse_other_orient
 from .spindle_orientation import refuse_turned_map as refuse_turned_map
 from .spindle_orientation import stated_by_one as stated_by_one
 from .spindle_orientation import tip_note as tip_note
+from .spindle_orientation import turned_to as turned_to
 from .support import SOUTH_LIMIT as SOUTH_LIMIT
 from .support import DirectionSupport as DirectionSupport
 from .support import some_directions as some_directions

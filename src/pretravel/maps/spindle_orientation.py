@@ -226,7 +226,7 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
             f"{angles[other[0]]:g}° ({len(other)} such touches), the map at {made_at:g}°: the "
             "lobes of the probe have turned with it. Measure at the orientation of the map, "
             "qualify at that of the touches, or turn the map "
-            f"(turned_to(pretravel_map, {angles[other[0]]:g}) in Python)",
+            f"(in Python: pretravel.maps.turned_to(pretravel_map, {angles[other[0]]:g}))",
             inputs=("map_file",),
         )
 

@@ -61,7 +61,7 @@ def test_single_touches_leave_the_scatter_of_the_part_open(times: int) -> None:
     normals = np.repeat(fibonacci_cap(12, 1.4), times, axis=0)
     touches, points = _compensated(50.0 * normals, normals, OF_MAP * np.ones(12 * times))
     said = " ".join(TouchSummary.of(touches, points, MAP).notes(MAP))
-    assert ("scatter of the touches on the reference (0.3 µm), not" in said) == (times == 1)
+    assert ("repeatability on the reference (0.3 µm); that on the part" in said) == (times == 1)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import subprocess
 import sys
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -74,7 +75,8 @@ class TestHistory:
         start = datetime(2026, 1, 1, tzinfo=UTC)
         for day in range(9):
             add_verification(
-                path, result, pretravel_map=old_map(), map_name="m", touches_name="t",
+                path, replace(result, touches_digest=f"{day}"), pretravel_map=old_map(),
+                map_name="m", touches_name="t",
                 decision="accepted new.json" if day == 4 else "kept",
                 time=start + timedelta(days=day),
             )  # fmt: skip

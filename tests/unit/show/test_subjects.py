@@ -125,7 +125,8 @@ def test_an_updated_map_has_u_with_and_without_the_centre() -> None:
     document = map_update_document(update_map(touches, old, 25.0))
     (figure,) = (each for each in document.figures if each.name == "u of the map")
     found = re.search(
-        r"(\S+) µm when the old map was made; .*error: (\S+) µm, old map (\S+) µm", figure.remark
+        r"(\S+) µm when the old map was made; .*Without it: (\S+) µm, old map (\S+) µm",
+        figure.remark,
     )
     assert found
     before, apart, before_apart = (float(number) for number in found.groups())
