@@ -413,7 +413,7 @@ class TestLogs:
         assert any("air" in note and "miss" in note for note in join(mm, plan, 3.0).notes())
         inch = join(read_probeopen(tmp_path / "inch.txt", "inch"), plan, 3.0)
         assert inch.touches.positions[0] == pytest.approx(found.touches.positions[1], abs=3e-5)
-        with pytest.raises(InputError, match=r"no target.*units"):
+        with pytest.raises(InputError, match=r"line of any target.*units"):
             join(read_probeopen(tmp_path / "inch.txt", "mm"), plan, 3.0)
         lines = join(read_log_positions(tmp_path / "lines.txt"), plan, 3.0)
         assert lines.touches.positions[0] == pytest.approx(inch.touches.positions[0], abs=3e-5)
