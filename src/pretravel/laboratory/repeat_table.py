@@ -270,7 +270,7 @@ def _without_misses(
 
 
 def _with_series_of_labels(text: TextTable) -> TextTable:
-    """Labels such as A/1 as the series that they name: A."""
+    """The table with the name of a series, A, in place of labels such as A/1."""
     rows = [list(row) for row in text.rows]
     for i, title in enumerate(text.names or ()):
         found = [SERIES_OF_LABEL.fullmatch(row[i]) for row in rows]

@@ -111,6 +111,8 @@ def test_a_d_that_is_no_edge_is_not_the_tip() -> None:
     assert found.touches.words == {"tip": ("7", "7")}
     file = SourceFile("a.csv", b"Name,X,Y,Z,D\nHole 1,1,2,3,8\nHole 2,5,2,3,10\n")
     assert "list of features" in format_of(file).refusal
+    axes = b"Name,X,Y,Z,I,J,K,D\nA,1,2,3,0,0,1,8\nB,5,2,3,0,0,1,10\n"
+    assert "list of features" in format_of(SourceFile("a.csv", axes)).refusal
 
 
 def test_a_code_that_changes_in_a_column_that_is_not_read_is_named() -> None:

@@ -171,11 +171,17 @@ def _vary(lines: list[str], column: int, width: int) -> bool:
 
 
 def _are_edges(lines: list[str], column: int, plain: list[str]) -> bool:
-    """Whether D is the cutting edge of a tool, as in T7 D1: in a table with tools or normals."""
+    """Whether D is the cutting edge of a tool, as in T7 D1.
+
+    It is in a table with tools; and in one with normals if it has the first edge, because the
+    vectors of holes are their axes, and no hole has a diameter of 1.
+    """
     words = {column_name(word).role for word in plain if word != "d"}
     if plain[column] != "d" or not {"tip", "nx"} & words:
         return False
-    return all(map(_EDGE.fullmatch, _column(lines, column, len(plain))[1:]))
+    cells = _column(lines, column, len(plain))[1:]
+    known = "tip" in words or bool({"1", "D1"} & {*cells})
+    return known and all(map(_EDGE.fullmatch, cells))
 
 
 def _are_sizes(lines: list[str], column: int, width: int) -> bool:

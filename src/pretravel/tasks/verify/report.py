@@ -88,7 +88,7 @@ def verification_document(
             Picture("Differences, and the control chart" if entries else "Differences", drawn),
         ),
         notes=(_CHECK_STYLUS,) * (keep and not _drifted(result))
-        + (_NOT_SHOWN,) * (keep or any("bent" in each.remark for each in shifted)),
+        + (_NOT_SHOWN,) * (keep or (bool(shifted) and not _stands_elsewhere(center_moved))),
         warnings=(
             *unseen, *warnings, *result.warnings,
             *(f"new map: {said}" for said in (accepted.warnings if accepted else ())),
@@ -174,13 +174,16 @@ _ELSEWHERE = 5.0
 """A larger one is of the reference: no probe works with a tip so far off. [mm]"""
 
 
+def _stands_elsewhere(moved: FloatArray | None) -> bool:
+    return moved is not None and float(np.linalg.norm(moved)) > _ELSEWHERE
+
+
 def _shift_figures(moved: FloatArray | None) -> tuple[KeyFigure, ...]:
     if moved is None or float(np.linalg.norm(moved)) < _SHIFT:
         return ()
     shift = ", ".join(f"{value:+.3f}" for value in moved)
-    elsewhere = "the reference stands elsewhere"
     bent = "if the reference was not moved, the stylus is bent or the tip has moved"
-    remark = elsewhere if float(np.linalg.norm(moved)) > _ELSEWHERE else bent
+    remark = "the reference stands elsewhere" if _stands_elsewhere(moved) else bent
     return (KeyFigure("centre moved", f"({shift}) mm since the qualification", remark=remark),)
 
 
