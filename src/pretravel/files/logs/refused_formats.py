@@ -174,7 +174,7 @@ def _are_edges(lines: list[str], column: int, plain: list[str]) -> bool:
     """Whether D is the cutting edge of a tool, as in T7 D1.
 
     It is in a table with tools; and in one with normals if it has the first edge, because the
-    vectors of holes are their axes, and no hole has a diameter of 1.
+    vectors of holes are their axes, and holes of 1 mm are rare.
     """
     words = {column_name(word).role for word in plain if word != "d"}
     if plain[column] != "d" or not {"tip", "nx"} & words:
