@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from itertools import groupby
 from pathlib import Path
 
 if __package__ in (None, ""):  # run as a file
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from benchmarks.departures.evaluation import SEED, Job, Outcome, evaluated
+from benchmarks.departures.evaluation import SEED, Job, Outcome, evaluated, evaluated_together
 from benchmarks.departures.rows import ROWS
 from benchmarks.departures.table import (
     SHOWN,
@@ -75,9 +77,8 @@ def main() -> None:
         baseline = list(pool.map(evaluated, usual if "baseline" in names else usual[:10]))
         routine = routine_sentences(baseline)
         print(header(), flush=True)
-        for name in names:
-            jobs = [Job(name, number, given.kind, given.seed) for number in numbers]
-            outcomes = baseline if name == "baseline" else list(pool.map(evaluated, jobs))
+        for name, outcomes in _by_row(names, pool, given):
+            outcomes = baseline if name == "baseline" else outcomes
             kept += outcomes
             cells.append(summary(outcomes, routine))
             print(line([cells[-1][name] for name in SHOWN]), flush=True)
@@ -87,6 +88,20 @@ def main() -> None:
         write_csv(given.csv, cells)
     if given.sets_csv is not None:
         _write_sets(given.sets_csv, kept)
+
+
+def _by_row(
+    names: list[str], pool: ProcessPoolExecutor, given: argparse.Namespace
+) -> Iterator[tuple[str, list[Outcome]]]:
+    """The sets of each row. Rows with a check are done together: they share the map before it."""
+    for checked, group in groupby(names, lambda name: ROWS[name].check is not None):
+        for rows in [list(group)] if checked else [[name] for name in group]:
+            jobs = [
+                tuple(Job(name, given.first + i, given.kind, given.seed) for name in rows)
+                for i in range(given.sets if rows != ["baseline"] else 0)
+            ]
+            found = list(pool.map(evaluated_together, jobs))
+            yield from ((name, [sets[i] for sets in found]) for i, name in enumerate(rows))
 
 
 def _write_sets(path: Path, outcomes: list[Outcome]) -> None:
