@@ -26,7 +26,6 @@ from pretravel.task import (
     Result,
     Setting,
     Task,
-    refuse_what_is_typed_and_unused,
     settings_of,
 )
 
@@ -48,9 +47,8 @@ def command_of(task: type[Task]) -> Any:
 
     def callback(context: typer.Context, **values: Any) -> None:
         without_unused_parts()
-        made = task_of(task, values)
-        refuse_what_is_typed_and_unused(made, filter(partial(_is_typed, context), values))
-        code = deliver(made, context.meta[TYPED])
+        typed = frozenset(filter(partial(_is_typed, context), values))
+        code = deliver(task_of(task, {**values, "given": typed}), context.meta[TYPED])
         if code:
             raise typer.Exit(code)
 
@@ -158,13 +156,12 @@ def _information(setting: Setting, section: str) -> Any:
 def task_of(task: type[Task], values: dict[str, Any]) -> Task:
     """The settings; several values that nobody typed are the default."""
     several = {setting.name for setting in settings_of(task) if setting.several}
-    return task(
-        **{
-            name: tuple(value) if name in several and value is not None else value
-            for name, value in values.items()
-            if not (name in several and value is None)
-        }
-    )
+    arguments: dict[str, Any] = {
+        name: tuple(value) if name in several and value is not None else value
+        for name, value in values.items()
+        if not (name in several and value is None)
+    }
+    return task(**arguments)
 
 
 @dataclass(frozen=True)

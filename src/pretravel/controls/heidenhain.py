@@ -63,7 +63,7 @@ def heidenhain_table(
     Returns
     -------
     str
-        The columns of such tables are not published; the table states that it is unverified.
+        No description of the columns was found; the table states that it is unverified.
 
     Raises
     ------

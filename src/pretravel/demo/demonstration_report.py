@@ -69,7 +69,8 @@ _SPHERE_TEXT = (
         "contains the uncertainty of the physical map."
     ),
     (
-        "With the tip radius alone, the errors on the sphere contain the mean pretravel. The "
+        "With the tip radius alone, the errors on the sphere contain the whole difference between "
+        "tip radius and effective radius, because its centre is fitted to the touches. The "
         "normals of the part point mainly upwards: the mean pretravel shifts the whole part, and "
         "this shift is left out."
     ),
@@ -90,8 +91,8 @@ _RING_TEXT = (
 _HOW_MANY = ("none is", "one is", "both are")
 """Of two bores."""
 _KIND_TEXT = (
-    "The kind of map was given here. Without a given kind, cross-validation chooses the same kind, "
-    "because it gets practically all the weight in the average of the kinds."
+    "The kind of map was given here. Otherwise pretravel averages the kinds with weights from "
+    "cross-validation. The physical map gets practically all the weight, so the result is the same."
 )
 _PART_TEXT = (
     "The spread after compensation is much larger than U of a point: it is the spread of the "
@@ -121,7 +122,7 @@ def main_job_pictures(job: MainJob) -> dict[str, Picture]:
         "points.png": Picture(
             "A curved part: deviations from the nominal surface before and after compensation, "
             "pretravel, and standard uncertainty of each point. The simulated part itself deviates "
-            "by up to ±13 µm, which remains.",
+            "by −10 to +14 µm, which remains.",
             lambda: points_view(job.points, "The curved part, compensated"),
         ),
         "compare.png": Picture(

@@ -284,7 +284,8 @@ def read_history(path: str | Path) -> list[Entry]:
     """
     if not Path(path).is_file():
         raise InputError(
-            "there is no such history; a verification that is given this file begins it", path=path
+            "there is no such history; the first verification of touches with this file makes it",
+            path=path,
         )
     entries = _entries(opened(path))
     if not entries:

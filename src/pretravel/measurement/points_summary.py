@@ -393,8 +393,9 @@ class TouchSummary:
         if stated or not _delay_is_unknown(pretravel_map):
             return ""
         return (
-            "no file states a feed (column feed_mm_min): if feeds differ by 100 mm/min, a usual "
-            "signal delay (2 ms) moves points by 3.3 µm, which U does not contain"
+            "no file states a feed (column feed_mm_min): if the part was touched 100 mm/min "
+            "faster or slower than the reference, a usual signal delay (2 ms) moves points by "
+            "3.3 µm, which U does not contain"
         )
 
     def _friction_note(self) -> str:
@@ -403,9 +404,9 @@ class TouchSummary:
             return ""
         return (
             f"if the coefficient of friction is {FRICTION_APART:g} larger on the part than on the "
-            f"reference, inclined points move by up to {self.by_friction / MICROMETRE:.1f} µm, "
-            "more than their U: to include this in U, state u of the friction (0.1 for another "
-            "metal)"
+            "reference, points on inclined faces move by up to "
+            f"{self.by_friction / MICROMETRE:.1f} µm, more than their U. To include this in U, "
+            "give u of the friction (0.1 if part and reference are of different metals)"
         )
 
     def _scatter_note(self, pretravel_map: PretravelMap) -> str:

@@ -116,10 +116,11 @@ def map_warnings(
         )
     elif _lobes_look_like_fewer(observation.group_directions):
         found.append(
-            "at the touched azimuths three lobes look like two, or like none (as on rings that all "
-            "have the same five or six azimuths): u of the map allows for a usual probe with three "
-            "rods, and the map of another probe can be wrong by more; touch eight azimuths, or "
-            "turn every other ring by half a step"
+            "at these azimuths three lobes look like two, or like none (for example where each "
+            "polar angle has the same five azimuths): u of the map holds for a usual probe with "
+            "three rods, and the map of a probe of another design can be wrong by more. Touch "
+            "eight equally spaced azimuths, or turn them by half a step at every other polar "
+            "angle"
         )
     largest_polar = float(polar_angle(observation.directions).max())
     if not observation.ring:

@@ -75,7 +75,6 @@ from .task import Task as Task
 from .task import TextResult as TextResult
 from .task import When as When
 from .task import by_name as by_name
-from .task import refuse_what_is_typed_and_unused as refuse_what_is_typed_and_unused
 from .task import settings_of as settings_of
 from .task import unused as unused
 from .values import Angles as Angles

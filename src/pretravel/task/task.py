@@ -15,6 +15,7 @@ import types
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import field as data_field
 from pathlib import Path
 from typing import (
     TYPE_CHECKING,
@@ -499,6 +500,7 @@ class TextResult(Result):
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
+@dataclass(frozen=True, kw_only=True)
 class Task:
     """Settings of a task; a subclass is made a frozen dataclass, and its docstring is the help.
 
@@ -508,11 +510,14 @@ class Task:
         Of the command: ``plan-touches``, ``program sphere``.
     example : str
         A command line.
+    given : frozenset of str
+        Settings that were typed, also with their default value.
     """
 
     name: ClassVar[str] = ""
     example: ClassVar[str] = ""
     inherited_without: ClassVar[Mapping[str, tuple[str | When, ...]]] = {}
+    given: frozenset[str] = data_field(default=frozenset(), repr=False, compare=False)
 
     def __init_subclass__(cls, without: SettingsOfModes = None, **options: Any) -> None:
         """Make the type a frozen dataclass.
@@ -571,9 +576,9 @@ class Task:
         return by_name(type(self))[output].field.writes
 
     def stated(self, name: str) -> bool:
-        """Whether a setting differs from its default."""
+        """Whether a setting was typed, or differs from its default."""
         setting = by_name(type(self))[name]
-        if setting.default is MISSING:
+        if name in self.given or setting.default is MISSING:
             return True
         return bool(getattr(self, name) != setting.checked(setting.default))
 
@@ -668,8 +673,8 @@ def by_name(task: type[Task]) -> dict[str, Setting]:
     if task not in _DESCRIBED:
         hints = get_type_hints(task, include_extras=True)
         own = [name for each in task.__mro__ for name in vars(each).get("__annotations__", ())]
-        stated: Any = task
-        ranked = sorted(fields(stated), key=lambda each: own.index(each.name))
+        described = [each for each in fields(task) if each.name != "given"]
+        ranked = sorted(described, key=lambda each: own.index(each.name))
         found = {each.name: _setting(each.name, hints[each.name], each.default) for each in ranked}
         _DESCRIBED[task] = {name: _with_modes(task, each, found) for name, each in found.items()}
     return _DESCRIBED[task]
@@ -732,24 +737,6 @@ def unused(task: type[Task], name: str, values: Mapping[str, Any]) -> tuple[str,
         return "", ()
     said = _either([mode.said("") or every[mode.key].words for mode in needed])
     return f"only for {said}", tuple(mode.key for mode in needed)
-
-
-def refuse_what_is_typed_and_unused(task: Task, names: Iterable[str]) -> None:
-    """Refuse settings that are typed and not of the mode, also those with their default value.
-
-    Parameters
-    ----------
-    task : Task
-    names : iterable of str
-        Settings that were typed.
-
-    Raises
-    ------
-    PretravelError
-        One of them is not used.
-    """
-    for name in names:
-        _refuse_unused(type(task), by_name(type(task))[name], vars(task))
 
 
 def _refuse_unused(task: type[Task], setting: Setting, values: Mapping[str, Any]) -> None:

@@ -187,7 +187,7 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
         (["--tolerance", "+0.02/0"], "need the nominal diameter.*--nominal"),
         (["--tolerance", "20..21", "--nominal", 20], "leave out the nominal diameter.*--nominal"),
         (["--nominal", 20], "the nominal diameter needs the deviations.*--nominal, --tolerance"),
-        (["--probability", 0.9], "probability decides about a tolerance, and none is given"),
+        (["--probability", 0.95], "probability decides about a tolerance, and none is given"),
         (["--form-association", "gaussian", "--tolerance", "20..21"], "and none is given"),
         (["--tolerance", "21..20"], "--tolerance 21..20: this tolerance is empty"),
         (["--tolerance", "H7"], "expected limits as 20.000..20.021"),

@@ -229,6 +229,8 @@ def test_simulate_with_a_separation(tmp_path: Path, separated: Path) -> None:
     told = run(*arguments[:5], pole, "--machine", separated, "-o", tmp_path / "p.csv", code=2)
     assert "give the noise along the axis" in told
     assert "--noise" in told
+    # 0 is the default, and is used where it is typed.
+    run(*arguments[:5], pole, "--machine", separated, "--noise", 0, "-o", tmp_path / "p.csv")
 
 
 def test_read_scatter_has_the_machines_errors(separated: Path) -> None:

@@ -231,10 +231,10 @@ class FormOfPart:
         words = [f"{counts} lobes{more}"] if lobes else []
         words += [text for text in self.hidden if not text.endswith(" lobes")]
         return (
-            f"{touches} touches at {where} cannot reveal a form of {' or '.join(words)}, "
-            f"which would appear as an error of {of_what} or position. U "
-            "does not contain it, because such a form leaves no residuals here. If the part may "
-            "have it, touch more places at unequal steps"
+            f"{touches} touches at {where} cannot reveal a form of {' or '.join(words)} "
+            f"that leaves no residuals there: it would appear as an error of {of_what} or "
+            "position, and U does not contain it. If the part may have such a form, touch more "
+            "places at unequal steps"
         )
 
     def sentences(self, touches: int) -> tuple[str, ...]:
@@ -244,10 +244,9 @@ class FormOfPart:
         if self.alike:
             shape = "lobes" if self.alike[0].endswith("lobes") else self.alike[0]
             found.append(
-                f"{touches} touches cannot distinguish {shape}, roughness and one wrong touch. U "
-                "contains all three as far as the residuals show them, and may be several times "
-                "too large. Touch "
-                f"{self.telling} or more places"
+                f"the residuals of {touches} touches may come from {shape}, roughness or one wrong "
+                "touch. U contains what each of them would leave as residuals, and may be several "
+                f"times too large. Touch {self.telling} or more places"
             )
         if self.by_prior:
             found.append(

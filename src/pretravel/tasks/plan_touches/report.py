@@ -48,8 +48,8 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
         "(without the error of the centre, which shifts all points alike)",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
-                      remark="when the map was made: rms over the needed directions; qualify "
-                      "prints the rms over all"),
+                      remark="when the map was made: rms over the directions where the map will "
+                      "be used; qualify prints the rms over all directions"),
             KeyFigure("u today", _rms(plan.u_before), "µm",
                       remark="after the usual drift"),
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base import ANGLE
@@ -65,7 +64,7 @@ class SettingsOfKinds(Task):
         """
         from pretravel.maps import KINDS, kind_named
 
-        described = [by_name(type(self))[each.name] for each in fields(SettingsOfKinds)]
+        described = by_name(SettingsOfKinds).values()
         given = {each.plain_name: each.inside(getattr(self, each.name)) for each in described}
         own = {key: value for key, value in given.items() if hasattr(KINDS[name], key)}
         return kind_named(name, **own)

@@ -256,7 +256,9 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
             remark=f"{what}; {limit} would be detected in 95 % of cases",
         )  # fmt: skip
 
-    turn = figure("turn", "since then, about the axis", result.turn, "°", DEGREE)
+    turn = figure(
+        "turn", "of the probe about its axis, since the qualification", result.turn, "°", DEGREE
+    )
     if result.unseen_turn is not None:
         turn = KeyFigure("turn", "cannot be determined in these directions")
     others: tuple[KeyFigure, ...] = (

@@ -112,7 +112,7 @@ def _motions_table(alignment: Alignment) -> Table:
             Column.of("value at the part's origin", angles, digits=Digits(5)),
             Column.of("unit", ["mm"] * 3 + ["°"] * 3),
             Column.of(
-                "U, at the middle of the touches only",
+                "U at the middle of the touches",
                 [*(stated[:3] / MICROMETRE), *stated[3:]],
                 digits=Digits(3, True),
             ),
