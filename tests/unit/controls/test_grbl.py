@@ -38,7 +38,10 @@ class TestGrbl:
             f"{before}{line}\n"
             for line in ("[TLO:0.000]", "<Idle|MPos:0,0,0>", "[PRB:-90.000,50.000,-17.020:1]", "ok")
         )
-        assert read_grbl_log(written(tmp_path, GRBL_LOG + block)).lines == (4, 6, 11)
+        found = read_grbl_log(written(tmp_path, GRBL_LOG + block))
+        assert found.lines == (4, 6, 11)
+        # The last touch of the log was at -75, not at -90: the report repeats another one.
+        assert sum("repeats a touch that is not in this log" in w for w in found.warnings) == 1
 
     @pytest.mark.parametrize(
         ("text", "words"),

@@ -218,6 +218,7 @@ class _GrblLog:
     changed: tuple[str, int] | None = None
     homed: int | None = None
     restarted: int | None = None
+    of_before: int | None = None
     stated: StatedRows = field(init=False)
 
     def warnings(self) -> tuple[str, ...]:
@@ -229,6 +230,11 @@ class _GrblLog:
         if self.restarted is not None:
             again = f"the control started again among the touches (line {self.restarted}): if it "
             told.append(again + "lost its position, split the log there")
+        if self.of_before is not None:
+            told.append(
+                f"line {self.of_before}: the report among the parameters ($#) repeats a touch that "
+                "is not in this log; it is not counted"
+            )
         return tuple(told)
 
     def __post_init__(self) -> None:
@@ -332,6 +338,8 @@ class _GrblLog:
                 )
             if not repeated:
                 self._keep_report(values, flag == "1" if flag else None, number)
+            elif flag != "0" and values[:3] != (self.positions or [[]])[-1]:
+                self.of_before = self.of_before or number
 
     def _keep_report(self, values: list[float], contact: bool | None, number: int) -> None:
         if self.changed is not None and not self.anywhere:
