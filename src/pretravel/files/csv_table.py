@@ -91,6 +91,33 @@ class CsvTable:
             inputs=("columns",),
         )
 
+    def others(self, *known: str) -> tuple[str, ...]:
+        """Names of other columns that are not empty; one named remark is for people.
+
+        >>> CsvTable("a.csv", {"u": ("1",), "k": ("2",), "remark": ("x",)}, (2,), 1).others("u")
+        ('k',)
+        """
+        named = (*known, "remark")
+        return tuple(
+            name for name, cells in self.columns.items() if name not in named and any(cells)
+        )
+
+    def refuse_others(self, *known: str, what: str, hint: str = "") -> None:
+        """Refuse what the table states in other columns.
+
+        Raises
+        ------
+        InputError
+            There is another column; the message names what is wrong and the columns that are known.
+        """
+        if others := self.others(*known):
+            raise InputError(
+                f"{what} has no column '{shortened(others[0])}'{hint}; it can have "
+                f"{', '.join(known)}, and remark, which is not evaluated",
+                path=self.path,
+                line=self.header_line or None,
+            )
+
     def numbers(self, *names: str) -> FloatArray:
         """Return columns as numbers, (rows, len(names)).
 

@@ -20,7 +20,7 @@ from pretravel.base import (
     probe_rotation,
 )
 from pretravel.files.csv_table import CsvTable, read_csv_table, write_csv_table
-from pretravel.files.source_file import opened, shortened
+from pretravel.files.source_file import opened
 from pretravel.maps import (
     DirectionSupport,
     Origin,
@@ -39,8 +39,8 @@ _CONSTANTS = (
     "tip_radius_mm", "u_tip_radius_um", "repeatability_um", "fixed_scatter_um", "feed_mm_min",
     "delay_ms", "u_delay_ms", "probe_axis_x", "probe_axis_y", "probe_axis_z", "probe_rotation_deg",
 )  # fmt: skip
-_OF_PREDICTIONS = ("trigger_force_N", "sensing_distance_um", "seat", "remark")
-"""Columns that a map does not need: those of a prediction (and share_…_um), and remarks."""
+_OF_PREDICTIONS = ("trigger_force_N", "sensing_distance_um", "seat")
+"""Columns of a prediction that a map does not need (and share_…_um)."""
 _COARSE = 500
 """Rows of a table up to which straight lines between them can miss lobes."""
 _LEAST = 0.05 * MICROMETRE
@@ -181,13 +181,7 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
 
 
 def _refuse_other_columns(table: CsvTable) -> None:
-    known = {*_VALUES, *_CONSTANTS, *_OF_PREDICTIONS}
-    others = [
-        name
-        for name, cells in table.columns.items()
-        if name not in known and not re.fullmatch(r"share_.+_um", name) and any(cells)
-    ]
-    if "effective_radius_mm" in others:
+    if "effective_radius_mm" in table.columns:
         raise InputError(
             "this is a table of radii to read (column effective_radius_mm): between its directions "
             "linear interpolation can be wrong by more than u_um, and it has no axis and no feed. "
@@ -195,14 +189,9 @@ def _refuse_other_columns(table: CsvTable) -> None:
             path=table.path,
             line=table.header_line or None,
         )
-    if others:
-        raise InputError(
-            f"a map has no column '{shortened(others[0])}'; it has {', '.join(_VALUES)} and "
-            f"{', '.join(_CONSTANTS)}, each with the unit in its name; columns named remark are "
-            "not evaluated",
-            path=table.path,
-            line=table.header_line or None,
-        )
+    shares = [name for name in table.columns if re.fullmatch(r"share_.+_um", name)]
+    known = (*_VALUES, *_CONSTANTS, *_OF_PREDICTIONS, *shares)
+    table.refuse_others(*known, what="a map")
 
 
 def _refuse_implausible(table: CsvTable, value: FloatArray, feed: float | None) -> None:

@@ -578,9 +578,11 @@ class Task:
     def stated(self, name: str) -> bool:
         """Whether a setting was typed, or differs from its default."""
         setting = by_name(type(self))[name]
-        if name in self.given or setting.default is MISSING:
+        value = getattr(self, name)
+        # A copy of a task for a part of its work resets typed settings to nothing.
+        if setting.default is MISSING or (name in self.given and value not in (None, ())):
             return True
-        return bool(getattr(self, name) != setting.checked(setting.default))
+        return bool(value != setting.checked(setting.default))
 
     def python_lines(self) -> str:
         """The Python lines that do the task.

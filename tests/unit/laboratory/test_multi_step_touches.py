@@ -323,3 +323,16 @@ def test_the_step_of_readings_by_index_is_found(tmp_path: Path) -> None:
         {"machine_index": i + 1, "probe_index": j + 1, "error_um": errors},
     )
     assert "in steps of" in run("separate", tmp_path / "readings.csv", code=2)
+
+
+@pytest.mark.parametrize(("name", "said"), [("feed_mm_min", True), ("orientation_deg", False)])
+def test_what_differs_over_readings_by_index_is_named(
+    tmp_path: Path, name: str, said: bool
+) -> None:
+    """But not the orientation, which follows from the indices of a plan."""
+    i, j = np.divmod(np.arange(COUNT**2), COUNT)
+    errors = MACHINE[i] - PROBE[j] + np.random.default_rng(1).normal(0.0, 0.3, COUNT**2)
+    columns = {"machine_index": i + 1, "probe_index": j + 1, "error_um": errors, name: i % 2}
+    write_csv_table(tmp_path / "r.csv", columns)
+    told = both_outputs("separate", tmp_path / "r.csv")[1]
+    assert (f"not read, although it differs over the readings: {name}" in told) == said

@@ -131,5 +131,7 @@ def test_rig_with_a_scale(tmp_path: Path) -> None:
         "grating scale, checked: periodic part and scatter",
         "grating scale, checked: slope",
     ]
+    file.write_text("scale_mm,reference_mm,u_um\n0,0,1.5\n")
+    assert "a check of a scale has no column 'u_um'" in run("rig", *TRACES, "--scale", file, code=2)
     file.write_text("scale_mm,reference_mm,run\n0,0,1.5\n")
     assert "whole number" in run("rig", *TRACES, "--scale", file, code=2)

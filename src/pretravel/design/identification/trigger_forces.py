@@ -10,7 +10,7 @@ from pretravel.base import DEGREE, InputError, PretravelError, from_angles
 from pretravel.design.identification.measured_forces import MeasuredForces
 from pretravel.files import read_csv_table
 
-_COLUMNS = ("azimuth_deg", "polar_deg", "force_N", "u_N", "remark")
+_COLUMNS = ("azimuth_deg", "polar_deg", "force_N", "u_N")
 
 
 def read_trigger_forces(path: str | Path) -> MeasuredForces:
@@ -24,14 +24,7 @@ def read_trigger_forces(path: str | Path) -> MeasuredForces:
     """
     table = read_csv_table(path)
     table.require("azimuth_deg", "force_N", "u_N", what="measured trigger forces")
-    others = [name for name in table.columns if name not in _COLUMNS]
-    if others:
-        raise InputError(
-            f"measured trigger forces have no column '{others[0]}': the columns are "
-            "azimuth_deg, polar_deg, force_N and u_N; one named remark is not evaluated",
-            path=path,
-            line=1,
-        )
+    table.refuse_others(*_COLUMNS, what="a table of trigger forces")
     azimuth, force, u = table.numbers("azimuth_deg", "force_N", "u_N").T
     polar = (
         table.numbers("polar_deg")[:, 0]

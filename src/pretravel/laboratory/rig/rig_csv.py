@@ -165,16 +165,8 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
     """
     table = read_csv_table(path)
     table.require(*BUDGET_COLUMNS, what="a budget")
-    known = (*BUDGET_COLUMNS, *MORE_BUDGET_COLUMNS)
-    unknown = [name for name, cells in table.columns.items() if name not in known and any(cells)]
-    if unknown:
-        raise InputError(
-            f"a budget has no column '{shortened(unknown[0])}': give standard uncertainties "
-            "(k = 1) in uncertainty_um and per_metre_um, degrees of freedom in dof; columns named "
-            "remark are not evaluated",
-            path=path,
-            line=table.header_line or None,
-        )
+    hint = ": give standard uncertainties (k = 1)"
+    table.refuse_others(*BUDGET_COLUMNS, "dof", what="a budget", hint=hint)
     found = tuple(_budget_source(table, row, path) for row in range(len(table)))
     names = [each.source.casefold() for each in found]
     for row, name in enumerate(names):
@@ -203,6 +195,7 @@ def read_scale_check(path: str | Path) -> ScaleCheck:
     """
     table = read_csv_table(path)
     table.require("scale_mm", "reference_mm", what="a check of a scale")
+    table.refuse_others("scale_mm", "reference_mm", "run", what="a check of a scale")
     values = table.numbers("scale_mm", "reference_mm")
     runs = table.numbers("run")[:, 0] if table.has("run") else np.zeros(len(values))
     odd = np.flatnonzero((runs != np.round(runs)) | (np.abs(runs) > 1e6))

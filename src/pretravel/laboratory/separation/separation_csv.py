@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import DEGREE, MICROMETRE, InputError, PretravelError, from_angles
-from pretravel.files import CsvTable, read_csv_table
+from pretravel.files import CsvTable, read_csv_table, shortened
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation.plan import SeparationPlan
 from pretravel.laboratory.separation.separation import Separation
@@ -18,6 +18,7 @@ from pretravel.touches import quantisation_step
 
 _LARGEST = 10_000.0  # µm
 _LARGEST_INDEX = 1_000_000
+_OF_PLANS = ("orientation_deg", "machine_azimuth_deg", "nx", "ny", "nz", "spindle_deg")
 
 
 def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
@@ -113,7 +114,7 @@ def read_multi_step_test(
                 path=given[0],
                 inputs=("axis",),
             )
-        return read_multi_step_readings(given[0]), (), ()
+        return read_multi_step_readings(given[0]), (), _not_read(read_csv_table(given[0]))
     try:
         read = read_series(given, spindle=spindle)
         found = readings_of_touches(read.touches, axis=axis)
@@ -122,6 +123,16 @@ def read_multi_step_test(
     except PretravelError as error:
         raise InputError(str(error), path=given[0]) from None
     return found.readings, found.notes, tuple(read.notes())
+
+
+def _not_read(table: CsvTable) -> tuple[str, ...]:
+    """Columns that differ over the readings, such as the feed: they are not in the model."""
+    others = table.others("machine_index", "probe_index", "error_um", *_OF_PLANS)
+    changing = [name for name in others if len({*table.columns[name]}) > 1]
+    if not changing:
+        return ()
+    names = ", ".join(map(shortened, changing))
+    return (f"not read, although it differs over the readings: {names}",)
 
 
 def _has_touches(path: Path) -> bool:
