@@ -45,8 +45,8 @@ def both_outputs(*arguments: object, code: int = 0) -> tuple[str, str]:
 def follow(line: str, *, code: int = 0) -> str:
     """Do what a line of a page says, in the folder where the test is; what it prints, with stderr.
 
-    A line is a command of pretravel, with ``>`` where stdout goes to a file and ``|| true`` where
-    its answer is exit code 3, or a ``cp``.
+    A line is a command of pretravel, with ``>`` where stdout goes to a file and ``|| [ $? -eq 3 ]``
+    where its answer is exit code 3, or a ``cp``.
     """
     line = line.replace("$EXAMPLES", str(EXAMPLES))
     program, *words = shlex.split(line, comments=True)
@@ -54,8 +54,8 @@ def follow(line: str, *, code: int = 0) -> str:
         shutil.copy(*words)
         return ""
     assert program == "pretravel", line
-    if words[-2:] == ["||", "true"]:
-        words, code = words[:-2], 3
+    if words[-6:] == ["||", "[", "$?", "-eq", "3", "]"]:
+        words, code = words[:-6], 3
     to_file = words[-2:-1] == [">"]
     out, err = both_outputs(*(words[:-2] if to_file else words), code=code)
     if to_file:

@@ -355,7 +355,7 @@ def _checks(
     machine = surroundings.machine
     if machine.work is None:
         unchecked.append(
-            f"the origin of {machine.work_offset}, because the section work of the machine "
+            f"the origin of {machine.work_offset}, because the section [work] of the machine "
             "file has no x_mm, y_mm and z_mm"
         )
     if surroundings.known:

@@ -69,10 +69,10 @@ _SPHERE_TEXT = (
         "contains the uncertainty of the physical map."
     ),
     (
-        "With the tip radius alone, the errors on the sphere contain the whole difference between "
-        "tip radius and effective radius, because its centre is fitted to the touches. The "
-        "normals of the part point mainly upwards: the mean pretravel shifts the whole part, and "
-        "this shift is left out."
+        "On the sphere the centre is fitted. This removes a shift, but not a wrong radius: with "
+        "the tip radius alone, the errors contain the whole difference between tip radius and "
+        "effective radius. On the part most normals point upwards: the mean pretravel shifts the "
+        "whole part, and this shift is left out."
     ),
 )
 _RING_TEXT = (

@@ -93,7 +93,7 @@ def _refuse_other_feature(kind: str, fit: Association) -> None:
 
 
 _WHAT_TO_DO = (
-    "Give the normals in the file or give the nominal surface; touches of several features need "
+    "Use normals in the file instead, or the nominal surface; touches of several features need "
     "labels such as bore1-1, bore1-2, bore2-1; remove a gross touch from the file"
 )
 _LARGEST_FORM, _FORM_OF_RADIUS = 0.05, 0.02

@@ -116,11 +116,10 @@ def map_warnings(
         )
     elif _lobes_look_like_fewer(observation.group_directions):
         found.append(
-            "at these azimuths three lobes look like two, or like none (for example where each "
-            "polar angle has the same five azimuths): u of the map holds for a usual probe with "
-            "three rods, and the map of a probe of another design can be wrong by more. Touch "
-            "eight equally spaced azimuths, or turn them by half a step at every other polar "
-            "angle"
+            "touches at these azimuths cannot distinguish three lobes from two or from none. u of "
+            "the map holds for a usual probe with three rods; the map of a probe of another design "
+            "can be wrong by more. Touch eight equally spaced azimuths, or shift the azimuths by "
+            "half a step from each polar angle to the next"
         )
     largest_polar = float(polar_angle(observation.directions).max())
     if not observation.ring:

@@ -173,8 +173,9 @@ class PhysicalKind(KindOfMap):
         count = fit.observation.direction_count
         if count < FEW_FOR_SIX_SEATS:
             found.append(
-                f"{count} directions are few for a six-seat probe: another six-seat probe may "
-                "explain them equally well, which u of the map does not contain; touch 25"
+                f"{count} directions are few for the model of six seats: other values of its "
+                "parameters may fit them equally well, which u of the map does not contain; touch "
+                "25"
             )
         if fit.disagreement:
             found.append(

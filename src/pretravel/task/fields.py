@@ -343,7 +343,7 @@ class LaboratoryReport(Reported):
         from pretravel.files import read_laboratory
 
         found = read_laboratory(self.lab)
-        every = vars(self)
+        every = {name: getattr(self, name) for name in by_name(type(self))}
         used = {key: value for key, value in every.items() if not unused(type(self), key, every)[0]}
         used |= {key: value for key, value in read.items() if used.get(key) is None}
         for setting, said in found.contradictions(used):

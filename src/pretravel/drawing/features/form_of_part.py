@@ -244,9 +244,9 @@ class FormOfPart:
         if self.alike:
             shape = "lobes" if self.alike[0].endswith("lobes") else self.alike[0]
             found.append(
-                f"the residuals of {touches} touches may come from {shape}, roughness or one wrong "
-                "touch. U contains what each of them would leave as residuals, and may be several "
-                f"times too large. Touch {self.telling} or more places"
+                f"{touches} touches cannot show whether their residuals come from {shape}, "
+                "roughness or one wrong touch. U allows for each of these causes, and may be "
+                f"several times too large. Touch {self.telling} or more places"
             )
         if self.by_prior:
             found.append(

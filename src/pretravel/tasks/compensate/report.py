@@ -157,9 +157,9 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
             "deviation. "
             + ("What the map leaves is the part's own deviation, apart from u. " if nominal else "")
             + "Tip radius alone: the reading (spindle point) minus the tip radius, uncompensated. "
-            "One radius, best for these points: the reading minus the one radius whose points lie "
-            "closest (least squares) to those compensated by the map; the radius in a control, "
-            "from a sphere or ring, fits them less well.",
+            "One radius, best for these points: the reading minus one radius, chosen so that the "
+            "points agree best (least squares) with those compensated by the map. The radius in a "
+            "control, from a sphere or ring, agrees less well.",
         ),
     )
 

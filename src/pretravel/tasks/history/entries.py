@@ -17,9 +17,11 @@ def decision_words(decision: str) -> str:
     decision : str
         "kept", or "accepted NEW_MAP".
 
-    >>> decision_words("accepted new.json")
-    'not changed; the history continues with new.json'
+    >>> decision_words("accepted new.json"), decision_words("kept")
+    ('not changed; the history continues with new.json', 'still in use')
     """
+    if decision == "kept":
+        return "still in use"
     return decision.replace("accepted ", "not changed; the history continues with ", 1)
 
 

@@ -44,8 +44,8 @@ def block_plan_document(plan: BlockPlan, lengths: tuple[float, ...]) -> Document
         figures=(
             KeyFigure("0°, 90°", "lengths along both axes; squareness of x and y, with the block "
                       "reversed"),
-            KeyFigure("30°", "backlash: each contact twice, with the other axis arriving from "
-                      "either side"),
+            KeyFigure("30°", "backlash: each contact once along the normal, and twice along the "
+                      "nearest machine axis, with the other axis arriving from + and from −"),
             KeyFigure("180°", "squareness to z, with the block reversed"),
             KeyFigure("plate", "next to the block; with the top of the block, the scale of z"),
             KeyFigure("place", "at each turn some millimetres elsewhere along each axis: this "

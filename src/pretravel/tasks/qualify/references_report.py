@@ -158,7 +158,7 @@ def _figure(term: Term) -> KeyFigure:
         title, more = term.name, ""
     more = f"; {more}" if more else ""
     if not term.determined:
-        others = ", ".join(term.told_from)
+        others = " or ".join(term.told_from)
         why = f"; cannot be distinguished from {others}" if others else "; nothing touched shows it"
         return KeyFigure(title, f"not determined{why}{more}")
     u = term.expanded / unit

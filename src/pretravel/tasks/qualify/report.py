@@ -149,8 +149,9 @@ def assumptions(result: Qualification) -> dict[str, str]:
             "(its u is in u of the centre)"
         )
     if result.setup.u_diameter is None:
+        of_what = "ring or pin" if result.setup.ring else "sphere"
         assumed["--u-diameter"] = (
-            f"u of the {result.setup.reference}'s diameter = {USUAL_U_DIAMETER / MICROMETRE:g} µm"
+            f"u of the diameter of the {of_what} = {USUAL_U_DIAMETER / MICROMETRE:g} µm"
         )
     return assumed
 

@@ -69,7 +69,7 @@ def verdict(result: Qualification, point: Budget) -> str:
         return f"The probe is {result.grade}: a touch repeats to {repeats}, and {known}"
     return (
         "Whether the probe is good is not known, because no direction was touched twice "
-        f"({repeats} is assumed for a touch, from the residuals of the map): touch each "
+        f"(a repeatability of {repeats} is assumed, from the residuals of the map): touch each "
         "direction three "
         f"times. {known[0].upper()}{known[1:]}"
     )

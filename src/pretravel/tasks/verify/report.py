@@ -238,7 +238,7 @@ def cause_text(cause: LikelyCause) -> str:
             "the touches; no fault of the probe. Let the machine warm up, and touch again"
         ),
         Cause.STEADIER: lambda: "less noise than in the touches of the map; no fault of the probe",
-        Cause.UNKNOWN: lambda: "none of the known causes, which have other patterns",
+        Cause.UNKNOWN: lambda: "none of the known causes",
         Cause.CHANCE: lambda: "chance: a false alarm",
     }
     return texts[cause.name]()

@@ -252,8 +252,8 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
     elif alignment.errors.excess > 0.0:
         found.append(
-            "u of the touches does not explain the residuals; subtracted in quadrature, "
-            f"{alignment.errors.excess / MICROMETRE:.2g} µm remain: faces may be "
+            "the residuals are larger than u of the touches explains: after u is subtracted in "
+            f"quadrature, {alignment.errors.excess / MICROMETRE:.2g} µm remain. Faces may be "
             "displaced, wavy or of another size, or touches may scatter more than on the "
             "reference. u of the placement contains this difference"
         )

@@ -43,8 +43,8 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     """Determine where a part lies in the machine, from touches on its faces.
 
     Touches need no normals: the faces give the normals, the map gives the pretravel at these
-    normals. Without --map the tip radius alone is subtracted. With neither --start nor --plan all
-    placements are searched.
+    normals. Without --map the tip radius alone is subtracted. Without --start, --plan or nominal
+    points in the file, all placements are searched.
     """
 
     name = "align"
