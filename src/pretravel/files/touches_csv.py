@@ -395,6 +395,7 @@ def _targets(
             normals=normals,
             approaches=table.numbers(*_APPROACH) if own_approaches else None,
             labels=_labels(table),
+            feed=None if (feeds := _feeds(table)) is None else float(feeds[0]),
         )
 
 

@@ -52,6 +52,8 @@ class Targets:
     approaches : (n, 3) float, optional
         Unit directions of travel; -normals when not given.
     labels : n strings, optional
+    feed : float, optional
+        At which they are to be touched, where that is stated. [mm/min]
 
     Raises
     ------
@@ -67,6 +69,7 @@ class Targets:
     normals: FloatArray
     approaches: FloatArray | None = None
     labels: tuple[str, ...] | None = None
+    feed: float | None = None
 
     def __post_init__(self) -> None:
         points = as_numbers(self.points, "the points of the targets")

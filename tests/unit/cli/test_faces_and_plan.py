@@ -31,6 +31,15 @@ class TestFacesAndPlan:
         run("simulate", "omp40-2", "--surface", PART, "--targets", plan, "-o", touches)
         assert [row["label"] for row in rows(touches)] == [row["label"] for row in rows(plan)]
 
+    def test_a_feed_of_the_targets_is_that_of_the_touches(self, tmp_path: Path) -> None:
+        targets, touches = tmp_path / "t.csv", tmp_path / "s.csv"
+        targets.write_text("nx,ny,nz,feed_mm_min\n0,0,1,400\n")
+        given = ("simulate", "omp40-2", "--surface", "sphere:radius=10", "--targets", targets,
+                 "--delay", 2, "-o", touches)  # fmt: skip
+        run(*given)
+        assert [row["feed_mm_min"] for row in rows(touches)] == ["400"]
+        assert "t.csv has 400 mm/min" in run(*given, "--feed", 100, code=2)
+
     def test_by_curvature_and_grid(self, tmp_path: Path) -> None:
         for way in (["--curvature", 50], ["--grid", "6x4"]):
             run("plan", PART, *way, "-o", tmp_path / "plan.csv")

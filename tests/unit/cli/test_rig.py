@@ -208,6 +208,8 @@ class TestRig:
         lines = TRACES[0].read_text().splitlines()
         bad.write_text("\n".join([lines[0], *lines[1:50], lines[50][:-1] + "2", *lines[51:]]))
         assert "bad.csv, line 51: trigger is 2" in run("rig", bad, code=2)
+        bad.write_text("\n".join([f"{lines[0]},feed_mm_min", *(f"{row},60" for row in lines[1:])]))
+        assert "a rig trace has no column 'feed_mm_min'" in run("rig", bad, code=2)
         bad.write_text("time_s,ruler_mm\n0,0\n")
         assert "laser_mm" in run("rig", bad, code=2)
         assert "given twice" in run("rig", TRACES[0], TRACES[0], code=2)

@@ -72,10 +72,12 @@ def read_rig_trace(path: str | Path) -> RigTrace:
     Raises
     ------
     InputError
-        The file lacks a column, a value is not a number, or contact or trigger is not 0 or 1.
+        The file lacks a column or has another one, a value is not a number, or contact or trigger
+        is not 0 or 1.
     """
     table = read_csv_table(path)
     table.require(*COLUMNS, what="a rig trace")
+    table.refuse_others(*COLUMNS, what="a rig trace")
     values = table.numbers("time_s", "ruler_mm", "laser_mm")
     try:
         return RigTrace(

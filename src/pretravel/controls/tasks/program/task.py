@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias
@@ -468,7 +468,15 @@ class ProgramPart(ProgramTask):
                 obstacles=[] if part is None else [PartObstacle(part)],
                 leave_out=self.leave_out,
             )
-        return _planned(self, program, self.compensated, allow_misses=self.allow_misses)
+        planned = _planned(self, program, self.compensated, allow_misses=self.allow_misses)
+        told = []
+        if plan.feed is not None and set(program.feeds) != {plan.feed}:
+            feeds = ", ".join(f"{feed:g}" for feed in sorted(set(program.feeds)))
+            told.append(
+                f"{self.targets.name} has a feed of {plan.feed:g} mm/min (feed_mm_min), the "
+                f"program touches at {feeds} mm/min"
+            )
+        return replace(planned, cautions=(*planned.cautions, *told))
 
 
 def _part(surface: str) -> Part:

@@ -172,7 +172,7 @@ class Simulate(PlacedPart, Reported):
             placement=placement,
         )
         noise = self.noise_um * MICROMETRE if self.machine is None else 0.0
-        latch = simulation.Latch(self.feed, self.delay * 1e-3, noise, self.seed)
+        latch = simulation.Latch(self._feed(wanted), self.delay * 1e-3, noise, self.seed)
         if is_map(self.probe):
             latch = simulation.latch_with_map(latch, read_map(Path(self.probe)))
         with progress.working(f"touching {len(wanted)} targets"):
@@ -197,6 +197,16 @@ class Simulate(PlacedPart, Reported):
         return SimulatedPart(
             self, f"{name} on {self.surface}", shape, simulated, placement, tuple(warnings)
         )
+
+    def _feed(self, wanted: Targets) -> float | None:
+        """That of the targets, where it is not a setting. [mm/min]"""
+        if None not in (self.feed, wanted.feed) and self.feed != wanted.feed:
+            raise PretravelError(
+                f"feed {self.feed:g}: {self.targets.name} has {wanted.feed:g} mm/min "
+                "(feed_mm_min); give one of them",
+                inputs=("feed", "targets"),
+            )
+        return wanted.feed if self.feed is None else self.feed
 
     def _friction_at_the_tip(
         self, known: Probe | TipBehaviour
