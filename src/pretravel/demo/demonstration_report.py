@@ -91,12 +91,13 @@ _RING_TEXT = (
 _HOW_MANY = ("none is", "one is", "both are")
 """Of two bores."""
 _KIND_TEXT = (
-    "The kind of map was given here. Otherwise pretravel averages the kinds with weights from "
-    "cross-validation. The physical map gets practically all the weight, so the result is the same."
+    "The demonstration always makes a physical map. Without a kind, qualify averages the kinds "
+    "with weights from cross-validation. The physical map gets practically all the weight, so the "
+    "result is the same."
 )
 _PART_TEXT = (
-    "The spread after compensation is much larger than U of a point: it is the spread of the "
-    "part, because compensation does not change the form and the place of the part."
+    "The standard deviation after compensation is much larger than U of a point: it is that of "
+    "the part, because compensation does not change the form and the place of the part."
 )
 _RING_TITLE = "Centroid KP-3 in a ring gauge: maps fitted to all 72 directions"
 

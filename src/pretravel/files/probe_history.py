@@ -284,7 +284,7 @@ def read_history(path: str | Path) -> list[Entry]:
     """
     if not Path(path).is_file():
         raise InputError(
-            "there is no such history; the first verification of touches with this file makes it",
+            "there is no such history; the first verification that is given this file makes it",
             path=path,
         )
     entries = _entries(opened(path))

@@ -487,8 +487,9 @@ def _at_few_places(model: ReferenceModel, terms: Sequence[Term]) -> list[str]:
             f"the touches that give the scale of {axes} are at few places of the axis, because the "
             "block stands at the same place at all turns. An error of the screw at these places "
             "changes the scale, and touches hardly show it. ISO 3408-3 allows "
-            f"{WITHIN_A_TURN / MICROMETRE:.0f} µm within a revolution of a screw of grade 3 (from "
-            f"memory): this is up to {wrong * 1e6:.0f} µm/m. U takes such an error as random, and "
+            f"{WITHIN_A_TURN / MICROMETRE:.0f} µm within a revolution of a screw of grade 3 (not "
+            "compared with its text): over these lengths this is up to "
+            f"{wrong * 1e6:.0f} µm/m. U takes such an error as random, and "
             "a single screw can exceed U. At each turn place "
             "the block a few millimetres elsewhere along each axis, along z on parallels"
         )

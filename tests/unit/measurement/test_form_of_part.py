@@ -206,7 +206,7 @@ def test_lobes_that_equal_steps_hide_are_named(count: int, hidden: tuple[str, ..
     """As many lobes as touches are a diameter, one more or less a place; no residual shows them."""
     azimuth = 2.0 * np.pi * np.arange(count) / count
     (text,) = _bore(azimuth, 0.0 * azimuth).warnings
-    assert f"cannot reveal a form of {hidden[0]}, {hidden[1]} or {hidden[2]} lobes" in text
+    assert f"form deviation: {hidden[0]}, {hidden[1]} or {hidden[2]} lobes" in text
     twelve = _bore(2.0 * np.pi * np.arange(12) / 12, np.zeros(12))
     assert "11 or 12 lobes" in twelve.hidden_form  # rare: no warning
     assert not twelve.warnings
@@ -275,7 +275,7 @@ def test_a_twist_that_touches_along_two_edges_hide_is_named() -> None:
         )
         plane = measure_feature(feature_points(at, np.tile(Z, (len(at), 1)), shared={}), "plane")
         assert (np.ptp(plane.association.residuals) < 1e-6) == named
-        assert ("cannot reveal a form of bow or twist" in " ".join(plane.warnings)) == named
+        assert ("form deviation: bow or twist" in " ".join(plane.warnings)) == named
 
 
 def test_bows_of_both_sides_of_a_slot_are_in_u() -> None:

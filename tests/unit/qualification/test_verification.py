@@ -478,7 +478,7 @@ class TestHistory:
         write_touches(tmp_path / "next.csv", touches(13, size=0.002))
         run("verify", tmp_path / "next.csv", "--map", tmp_path / "new.json", "--diameter", 25)
         told = run("history", probe, "-o", tmp_path / "h.csv", "--plot", tmp_path / "h.png")
-        assert "the history continues with new.json" in told
+        assert "new.json; the history continues with it" in told
         assert [row["changed"] for row in rows(tmp_path / "h.csv")] == ["0", "1"]
         assert coloured_share(tmp_path / "h.png") > 0.001
         assert "must be .jsonl" in run(

@@ -227,14 +227,14 @@ class FormOfPart:
         counts = " or ".join(", ".join(map(str, lobes)).rsplit(", ", 1))
         of_what = "size" if lobes else "size, direction"
         where = "these places" if self.place is None else f"{int(self.place.max()) + 1} places"
-        more = " or more" if lobes and lobes[-1] == LOBES[-1] else ""
+        more = " (more are not listed)" if lobes and lobes[-1] == LOBES[-1] else ""
         words = [f"{counts} lobes{more}"] if lobes else []
         words += [text for text in self.hidden if not text.endswith(" lobes")]
         return (
-            f"{touches} touches at {where} cannot reveal a form of {' or '.join(words)} "
-            f"that leaves no residuals there: it would appear as an error of {of_what} or "
-            "position, and U does not contain it. If the part may have such a form, touch more "
-            "places at unequal steps"
+            f"{touches} touches at {where} cannot reveal every form deviation: "
+            f"{' or '.join(words)} can leave no residuals there. It would appear as an error of "
+            f"{of_what} or position, and U does not contain it. If the part may have such a form, "
+            "touch more places at unequal steps"
         )
 
     def sentences(self, touches: int) -> tuple[str, ...]:

@@ -97,10 +97,9 @@ def summary_document(
             KeyFigure("deviation", _span(reached), "µm", remark="from nominal, along the normal"),
             KeyFigure("mean deviation", reached.mean / MICROMETRE, "µm", detail=True),
             KeyFigure(
-                "spread",
+                "standard deviation",
                 reached.spread / MICROMETRE,
                 "µm",
-                remark="standard deviation",
                 detail=True,
             ),
         ]
@@ -147,14 +146,13 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
                 Column.of("from", [v.low / MICROMETRE for v in values], "µm"),
                 Column.of("to", [v.high / MICROMETRE for v in values], "µm"),
                 Column.of("mean", [v.mean / MICROMETRE for v in values], "µm"),
-                Column.of("spread", [v.spread / MICROMETRE for v in values], "µm"),
+                Column.of("standard deviation", [v.spread / MICROMETRE for v in values], "µm"),
             ),
             title="Deviation from nominal before and after compensation, with the form of the part"
             if nominal
             else "Errors that simpler corrections would leave, according to the map (along the "
             "normal, positive out of the material)",
-            explanation="Along the normal, positive out of the material; spread is the standard "
-            "deviation. "
+            explanation="Along the normal, positive out of the material. "
             + ("What the map leaves is the part's own deviation, apart from u. " if nominal else "")
             + "Tip radius alone: the reading (spindle point) minus the tip radius, uncompensated. "
             "One radius, best for these points: the reading minus one radius, chosen so that the "
@@ -190,7 +188,7 @@ def _in_short(points: PointsSummary) -> str:
     before, after = (
         value_text(left[name].spread / MICROMETRE, "µm") for name in ("tip radius alone", "map")
     )
-    return f"; spread of the deviation {before} before, {after} after"
+    return f"; standard deviation from nominal {before} before, {after} after"
 
 
 def simulation_document(

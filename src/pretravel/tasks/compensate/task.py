@@ -126,8 +126,8 @@ class Compensate(
     feature: Annotated[
         Literal["bore", "boss", "sphere", "surface"] | None,
         Field(
-            help="Use the normals of fitted features of this kind, even if the file gives normals "
-            "(surface: from neighbouring touches, if the file gives none). "
+            help="bore, boss, sphere: take the normals from the fitted feature, even if the file "
+            "has normals. surface: take them from neighbouring touches, only if the file has none. "
             "Touches without normals in a bore, on a boss or a sphere need this. Labels that "
             "differ in the last "
             "number only (bore1-1, bore1-2, …) are one feature. surface: a digitised surface; "

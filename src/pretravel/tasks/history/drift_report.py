@@ -210,7 +210,7 @@ def _last_day_words(drift: DriftOverTime) -> str:
     u = value_text(changed.u[-1], changed.unit, decimals(2))
     return (
         f", but on the last day {changed.name} is {value} (u = {u}), and the change of the map is "
-        f"above the limit of {value_text(drift.limit / MICROMETRE, 'µm')}: VERIFY AGAIN, and "
+        f"above the allowed {value_text(drift.limit / MICROMETRE, 'µm')}: VERIFY AGAIN, and "
         "qualify if the change remains"
     )
 
@@ -260,14 +260,18 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
     first, early = drift.first_due(early=True)
     far = drift.times[-1] + _FAR * max(float(np.ptp(drift.times)), 1.0)
     if due is not None:
-        remark = due.quantity.name + ("; far beyond the recorded days" if time > far else "")
+        remark = f"because of {due.quantity.name}" + (
+            "; far beyond the recorded days" if time > far else ""
+        )
         found.append(KeyFigure("due date", _date(drift.moment(time)), remark=remark))
     if first is not None:
-        remark = first.quantity.name + ("; far beyond the recorded days" if early > far else "")
+        remark = f"because of {first.quantity.name}" + (
+            "; far beyond the recorded days" if early > far else ""
+        )
         over = _over(drift, early)
         remark += "" if over else _sooner(drift)
         date = (
-            "may have passed already, during the recorded days"
+            "may already have passed during the recorded days"
             if over
             else _date(drift.moment(early))
         )
@@ -384,7 +388,9 @@ def _days_table(history: FolderDrift) -> Table:
         tuple(columns),
         "Each day: difference from the map",
         explanation=f"The map was made from {history.map_name}: the row of this file has only the "
-        "residuals of the fit of the map, and no form." if own else "",
+        "residuals of the fit of the map, and no form. " * own
+        + "form: remaining differences from the map (root mean square), the noise subtracted in "
+        "quadrature; negative: smaller than the noise.",
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def decision_words(decision: str) -> str:
-    """What was done with the old map, from the word of a history.
+    """Which new map was accepted, from the word of a history.
 
     Parameters
     ----------
@@ -18,11 +18,11 @@ def decision_words(decision: str) -> str:
         "kept", or "accepted NEW_MAP".
 
     >>> decision_words("accepted new.json"), decision_words("kept")
-    ('not changed; the history continues with new.json', 'still in use')
+    ('new.json; the history continues with it', 'none accepted')
     """
     if decision == "kept":
-        return "still in use"
-    return decision.replace("accepted ", "not changed; the history continues with ", 1)
+        return "none accepted"
+    return f"{decision.removeprefix('accepted ')}; the history continues with it"
 
 
 def entry_value(entry: Entry, column: str) -> float:

@@ -73,7 +73,7 @@ def _verifications_table(entries: Sequence[Entry]) -> Table:
             Column.of("amplitude", numbers("amplitude_percent"), "%", signed_decimals(1)),
             Column.of("turn", numbers("turn_deg"), "°", signed_decimals(2)),
             Column.of("repeatability", numbers("repeatability_um"), "µm", decimals(2)),
-            Column.of("old map", [decision_words(str(entry["decision"])) for entry in entries]),
+            Column.of("new map", [decision_words(str(entry["decision"])) for entry in entries]),
         )
     )
 

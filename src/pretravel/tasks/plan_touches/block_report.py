@@ -42,11 +42,11 @@ def block_plan_document(plan: BlockPlan, lengths: tuple[float, ...]) -> Document
         verdict=f"{len(plan.points)} touches at {len(turns)} turns of the block: "
         + ", ".join(f"{turn:g}°" for turn in turns),
         figures=(
-            KeyFigure("0°, 90°", "lengths along both axes; squareness of x and y, with the block "
-                      "reversed"),
+            KeyFigure("0°, 90°", "lengths along both axes; squareness of x and y (the turn by 90° "
+                      "reverses the block's own error)"),
             KeyFigure("30°", "backlash: each contact once along the normal, and twice along the "
                       "nearest machine axis, with the other axis arriving from + and from −"),
-            KeyFigure("180°", "squareness to z, with the block reversed"),
+            KeyFigure("180°", "squareness to z (the turn by 180° reverses the block's own error)"),
             KeyFigure("plate", "next to the block; with the top of the block, the scale of z"),
             KeyFigure("place", "at each turn some millimetres elsewhere along each axis: this "
                       "shows errors that a screw repeats with each revolution"),

@@ -81,7 +81,7 @@ def verification_document(
             *_change_figures(result),
             *shifted,
             *_test_figures(result),
-            KeyFigure("old map", decision_words(decision) + _UNTIL_THEN * keep),
+            KeyFigure("new map", decision_words(decision) + _UNTIL_THEN * keep),
             *_new_map_figures(accepted),
         ),
         pictures=(
@@ -157,7 +157,7 @@ _FEWER = 0.95
 """Share of the degrees of freedom below which a report gives the reason."""
 _TESTS = 3
 """They share the rate of false alarms: each has a third of it, as the report says."""
-_UNTIL_THEN = "; do not use it until the cause is found"
+_UNTIL_THEN = "; do not use the old map until the cause is found"
 _CHECK_STYLUS = (
     "check the stylus and its mount, then touch the reference again, or accept the map of the new "
     "touches"
@@ -201,11 +201,13 @@ def cause_text(cause: LikelyCause) -> str:
     >>> cause_text(LikelyCause("spring preload", 0.9, -0.12, 0.03))
     'spring preload lower by 12 % (u = 3 %)'
     >>> cause_text(LikelyCause("unknown", 0.9))
-    'none of the known causes, which have other patterns'
+    'none of the known causes'
     """
     size = abs(cause.value)
 
     def amount(unit: float, word: str, digits: int) -> str:
+        if 0.0 < cause.u < math.inf:
+            digits = max(digits, -math.floor(math.log10(cause.u / unit)))
         value, u = (value_text(x / unit, word, decimals(digits)) for x in (size, cause.u))
         return f"{value} (u = {u})"
 

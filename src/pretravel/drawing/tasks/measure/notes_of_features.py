@@ -235,4 +235,5 @@ def _of_features(
     for feature in features:
         for text in texts(feature):
             alike.setdefault(text, []).append(shown_name(feature))
-    return [f"{', '.join(names)}: {text}" for text, names in alike.items()]
+    each = (", ".join(names) + (", each" if len(names) > 1 else "") for names in alike.values())
+    return [f"{named}: {text}" for named, text in zip(each, alike, strict=True)]

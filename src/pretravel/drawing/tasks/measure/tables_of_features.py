@@ -163,10 +163,11 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
         rows,
         explanation="Uncompensated: with the tip radius alone. u: standard uncertainty of the "
         "compensated value. U = k u, with k = 2, or larger if u has few degrees of freedom (few "
-        "residuals). A form (at the touched points) and a distance near zero have 95 % bounds, 'at "
-        "least' and 'at most'; their U is the difference between the value and the farther bound. "
+        "residuals). A form (at the touched points), and a deviation that is never negative, such "
+        "as position or coaxiality, have 95 % bounds, 'at least' and 'at most'; U is the "
+        "difference between the value and the farther bound. "
         "The measured range, from the lowest to the highest point, contains the errors of the "
-        "points. If these errors alone can explain a form or a distance near zero, only 'at most' "
+        "points. If these errors alone can explain the form or deviation, only 'at most' "
         "is given. This bound can be larger than the measured range, because the errors may hide a "
         "part of the form.",
         given=not any(each.feature.points.state_uncertainty for each in features),
