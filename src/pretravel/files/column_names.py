@@ -194,7 +194,7 @@ _THINGS = {
 }
 """Nouns in titles of several words, such as Stylus system, that say what a column groups."""
 _QUANTITIES = re.compile(
-    r"[xyzijkuf]|temp\w*|force|kraft|time|zeit|date|feed|dev|deviation|err|error|counts?|counter|"
+    r"[xyzijkuf]|temp\w*|\w+temperatur\w*|force|\w*kraft|time|\w*zeit|date|feed|dev|deviation|err|error|counts?|counter|"
     r"volt\w*|signal|status|state|result|ok|hit|contact|trigger\w*|delay|wear|life|comment|note|tol|"
     r"tolerance|height|depth|dist|distance|offset|sigma|std|mean|min|max|range|travel|pretravel|"
     r"deflection|comp|compensation|point|punkt|path|feature|face|surface|element|merkmal|bore|hole|"

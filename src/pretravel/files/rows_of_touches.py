@@ -38,6 +38,13 @@ _VERDICT = re.compile(
     r"accept(?:ed)?|judg\w*|conform\w*)\W*",
     re.IGNORECASE,
 )
+_TEMPERATURE = re.compile(
+    r"temp[ée]rat|(?<![^\W_])(?:temps?|t_?(?:part|room|air))(?![^\W_])|°\s?[CF]\b", re.IGNORECASE
+)
+_FAHRENHEIT = re.compile(r"°\s?F\b|[_ ([]f[\])]?$|fahrenheit", re.IGNORECASE)
+_NUMBER = re.compile(r"[-+]?\d{1,4}(?:\.\d{0,6})?")
+_NEARLY_20 = 0.5
+"""A difference of temperatures that is usual in a measuring room. [K]"""
 _FLAGS = re.compile(r"flags?|warnings?|warnungen?", re.IGNORECASE)
 _DIGITS = 9
 _MOST_CODES = 4
@@ -129,7 +136,7 @@ def is_verdict(title: str) -> bool:
 
 
 def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
-    """Sentences about rows that a column sets apart: not good, or another word than most rows.
+    """Sentences about rows that a column sets apart, and about columns of temperatures.
 
     Parameters
     ----------
@@ -140,7 +147,9 @@ def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
     told = []
     for i in unread:
         cells = [cell.strip() for cell in text.column(i)]
-        if bad := _not_good(text.title(i), cells) or _odd_ones(cells):
+        if _TEMPERATURE.search(text.title(i)):
+            told += filter(None, [_warm(text.title(i), cells)])
+        elif bad := _not_good(text.title(i), cells) or _odd_ones(cells):
             lines = first_few(text.lines[k] for k in bad)
             told.append(
                 f"{text.title(i)} is '{cells[bad[0]]}' in line {lines}: of the part, or of "
@@ -153,6 +162,28 @@ def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
                 "meaning of the column"
             )
     return tuple(told)
+
+
+def _warm(title: str, cells: Sequence[str]) -> str:
+    """What temperatures other than 20 °C mean for lengths, where they are numbers.
+
+    >>> _warm("T_part", ["20.1", "20.2"]), _warm("T_part", ["", "27,5"])[:22]
+    ('', 'T_part is 27.5 °C, and')
+    """
+    known = [cell.replace(",", ".") for cell in cells if cell]
+    if not known or not all(map(_NUMBER.fullmatch, known)):
+        return ""
+    degrees = [float(cell) for cell in known]
+    if _FAHRENHEIT.search(title):
+        degrees = [(degree - 32.0) / 1.8 for degree in degrees]
+    low, high = min(degrees), max(degrees)
+    if max(20.0 - low, high - 20.0) <= _NEARLY_20:
+        return ""
+    span = f"{low:.3g}" if high - low < _NEARLY_20 else f"{low:.3g} to {high:.3g}"
+    return (
+        f"{title} is {span} °C, and is not used: for each kelvin above 20 °C, a reference or part "
+        "of steel is larger by 11.5 µm per metre, which U does not contain"
+    )
 
 
 def _change(cells: Sequence[str]) -> int | None:

@@ -121,6 +121,25 @@ def test_a_code_that_changes_in_a_column_that_is_not_read_is_named() -> None:
     assert any(told in said for said in _read(rows).warnings)
 
 
+@pytest.mark.parametrize(
+    ("title", "first", "last", "said"),
+    [
+        ("Temp", "27", "27", "Temp is 27 °C, and is not used"),
+        ("Werkstücktemperatur", "20,1", "31,5", "is 20.1 to 31.5 °C, and is not used"),
+        ("temperature_F", "68", "86", "temperature_F is 20 to 30 °C, and is not used"),
+        ("Temp [°C]", "19.8", "20.3", ""),
+        ("Tempo", "27", "27", ""),
+    ],
+)
+def test_a_temperature_that_is_not_used_is_named(
+    title: str, first: str, last: str, said: str
+) -> None:
+    rows = f"X;Y;Z;{title}\n1;2;3;{first}\n2;2;3;{first}\n3;2;3;{last}\n"
+    found = [text for text in _read(rows).warnings if "°C, and is not used" in text]
+    assert len(found) == (said != "")
+    assert all(said in text for text in found)
+
+
 def test_rows_in_comments_are_named_where_there_are_no_others() -> None:
     with pytest.raises(InputError, match="line 2: the file has no rows; comments that look like"):
         _read("; log\n;T=7 X=1 Y=2 Z=3\n;T=7 X=2 Y=2 Z=3\n")
