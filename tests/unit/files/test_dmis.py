@@ -54,6 +54,28 @@ class TestDmis:
             read_readings(two, ReadingOptions(radius_taken_off=3.0, tip="T2"))
 
     @pytest.mark.parametrize(
+        ("stated", "given", "height"),
+        [
+            ("PRCOMP/OFF\n", None, 1.0),
+            ("PRCOMP/OFF\n", 1.5, "line 2: PRCOMP/OFF"),
+            ("PRCOMP/ON\n", 1.5, 2.5),
+            ("PRCOMP/ON\n", 0.0, "line 2: PRCOMP/ON"),
+            ("PRCOMP/ON\n", None, "give this radius"),
+            ("PRCOMP/ON\nS(T)=SNSDEF/PROBE,FIXED,CART,0,0,9,0,0,1,4\nSNSLCT/S(T)\n", None, 3.0),
+        ],
+    )
+    def test_what_the_file_says_of_the_radius(
+        self, stated: str, given: float | None, height: float | str
+    ) -> None:
+        text = f"UNITS/MM,ANGDEC\n{stated}FA(P)=FEAT/POINT,CART,0,0,1,0,0,1\n"
+        file = SourceFile("a.dmo", text.encode())
+        if isinstance(height, str):
+            with pytest.raises(InputError, match=height):
+                read_dmis(file, given)
+        else:
+            assert read_dmis(file, given).touches.positions[0, 2] == height
+
+    @pytest.mark.parametrize(
         ("text", "taken_off", "words"),
         [
             (DMIS_OUTPUT, None, "give the subtracted radius"),

@@ -38,6 +38,13 @@ class TestPcDmis:
         said = " ".join(read_pc_dmis(written(tmp_path, text), 3.0, "mm").warnings)
         assert (f"the shank is not along z: {tip} along 0, 1, 0 (line 1)" in said) == told
 
+    def test_points_without_compensation_are_tip_centres(self, tmp_path: Path) -> None:
+        file = written(tmp_path, f"PROBECOM/OFF\n{PC_DMIS_ROUTINE}")
+        centres = read_pc_dmis(written(tmp_path, PC_DMIS_ROUTINE, "b"), 0.0, "mm").touches
+        assert np.array_equal(read_pc_dmis(file, None, "mm").touches.positions, centres.positions)
+        with pytest.raises(InputError, match="line 1: the tip's radius was not subtracted"):
+            read_pc_dmis(file, 3.0, "mm")
+
     @pytest.mark.parametrize(
         ("old", "new", "words"),
         [

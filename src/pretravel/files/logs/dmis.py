@@ -21,6 +21,7 @@ _UNITS = re.compile(r"^UNITS\s*/\s*(\w+)", re.I)
 _UNIT_NAMES = {"MM": "mm", "INCH": "inch"}
 _LABEL = r"(?:\w+\s*\([^)]*\)\s*=\s*)?"
 """The label of a statement, where it has one: D(1)=."""
+_COMPENSATED = re.compile(r"PRCOMP\s*/\s*(ON|OFF)\b", re.I)
 _SENSOR = re.compile(r"SA?\s*\(([^)]*)\)\s*=\s*SNSDEF\b(.*)", re.I)
 _TABLE = (
     RowStatement(
@@ -112,7 +113,8 @@ def read_dmis(
     source : str, Path or SourceFile
     radius_taken_off : float
         Radius that was subtracted from the points along their normals: 0 for tip centres, the
-        tip's (qualified) radius for surface points. The file does not state it. [mm]
+        tip's (qualified) radius for surface points. Needed where the file does not state it, by
+        PRCOMP and the diameter of the sensor. [mm]
     units : str, optional
         mm or inch, where the file has no UNITS.
 
@@ -144,9 +146,8 @@ def _read(
         output.read_statement(statement, number)
     if not output.actual:
         raise file.error(_without_points(output))
-    radius_taken_off = checked_radius_taken_off(file, "a DMIS file", radius_taken_off)
     scale = file.scale(output.units, "the file has no UNITS")
-    _refuse_other_radius(output, scale, radius_taken_off, tip)
+    radius_taken_off = _radius_taken_off(output, scale, radius_taken_off, tip)
     missed = tuple(label for label in output.nominal if label not in output.actual)
     return FileReadings(
         _touches(output, scale, radius_taken_off), missed=missed, warnings=_warnings(output)
@@ -220,6 +221,7 @@ class _Output:
     lines: dict[str, int] = field(default_factory=dict)
     features: list[str] = field(default_factory=list)
     sensors: dict[str, tuple[float, int]] = field(default_factory=dict)
+    compensated: tuple[bool, int] | None = None
     stated: StatedRows = field(init=False)
 
     def __post_init__(self) -> None:
@@ -249,6 +251,8 @@ class _Output:
             if numbers:  # the last one is the diameter of the tip
                 diameter = self.file.numbers(numbers[-1:], number)[0]
                 self.sensors[defined[1].strip()] = (diameter, number)
+        if (found := _COMPENSATED.match(statement)) and not self.actual:
+            self.compensated = found[1].upper() == "ON", number
         if known is not None and known[0].means == "tip":
             inside = re.search(r"\(([^)]*)\)", statement)
             rest = statement.partition(")")[2].strip(" ,") if "SNSLCT" in statement.upper() else ""
@@ -288,11 +292,31 @@ class _Output:
         self.lines[label] = number
 
 
-def _refuse_other_radius(output: _Output, scale: float, radius: float, tip: str | None) -> None:
-    """Refuse a subtracted radius that is not that of the one tip, as the file defines it. [mm]"""
+def _radius_taken_off(output: _Output, scale: float, given: float | None, tip: str | None) -> float:
+    """The subtracted radius: the given one, or that of the file; refused if they differ. [mm]"""
     tips = {*output.stated.columns().get("tip", ())} if tip is None else {tip}
     name = tips.pop() if len(tips) == 1 else ""
     diameter, line = output.sensors.get(name, (0.0, 0))
+    compensated, of_compensation = output.compensated or (None, 0)
+    if given is None and compensated is False:
+        return 0.0
+    if given is None and compensated and line:
+        return 0.5 * scale * diameter
+    if given is None and compensated:
+        raise output.file.error(
+            "PRCOMP/ON: the tip's radius was subtracted from the points; give this radius in mm",
+            of_compensation,
+            inputs=("radius_taken_off",),
+        )
+    radius = checked_radius_taken_off(output.file, "a DMIS file", given)
+    if compensated is not None and compensated != (radius > 0.0):
+        raise output.file.error(
+            f"PRCOMP/{'ON' if compensated else 'OFF'}: the tip's radius was "
+            f"{'' if compensated else 'not '}subtracted from the points, and a subtracted radius "
+            f"of {radius:g} mm is given",
+            of_compensation,
+            inputs=("radius_taken_off",),
+        )
     if radius > 0.0 and line and abs(scale * diameter - 2.0 * radius) > _ONE_TIP:
         raise output.file.error(
             f"this line gives the tip {name} a diameter of {scale * diameter:.6g} mm, and a "
@@ -300,6 +324,7 @@ def _refuse_other_radius(output: _Output, scale: float, radius: float, tip: str 
             line,
             inputs=("radius_taken_off",),
         )
+    return radius
 
 
 def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:

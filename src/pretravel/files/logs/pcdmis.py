@@ -108,6 +108,7 @@ _TABLE = (
     ),
     RowStatement("features", r"[^=]*=\s*" + any_of("FEAT AUTO GENERIC BASICSCAN SCAN CURVE") + "/"),
 )  # fmt: skip
+_COMPENSATION = re.compile(r"PROBE ?COM(?:PENSATION)?\s*/\s*(ON|OFF)\b", re.IGNORECASE)
 _STATEMENTS = RowStatements(_TABLE)
 _UNIT = re.compile(r"^(DIM\b.*\b)?UNITS?\s*[/:=]\s*(MM|IN)", re.IGNORECASE)
 """The unit of the routine, or of a dimension, which can be another one."""
@@ -161,6 +162,15 @@ def read_pc_dmis(
         routine.read_statement(statement, number)
     routine.close_feature()
     _check(file, routine)
+    if routine.uncompensated is not None:
+        if radius_taken_off:
+            raise file.error(
+                "the tip's radius was not subtracted from the points, and a subtracted radius of "
+                f"{radius_taken_off:g} mm is given",
+                routine.uncompensated,
+                inputs=("radius_taken_off",),
+            )
+        radius_taken_off = 0.0
     radius = checked_radius_taken_off(file, "the text of a routine of PC-DMIS", radius_taken_off)
     scale = file.scale(routine.unit_with(units), "the text of a routine does not give its units")
     return FileReadings(_touches(file, routine, scale, radius), warnings=_warnings(routine, scale))
@@ -201,6 +211,7 @@ class _Routine:
     without_touches: list[str] = field(default_factory=list)
     feature: _Feature | None = None
     stated: StatedRows = field(init=False)
+    uncompensated: int | None = None
     probe: str = ""
     probes: set[str] = field(default_factory=set)
     units: dict[bool, tuple[str, int]] = field(default_factory=dict)
@@ -254,6 +265,8 @@ class _Routine:
                 self.stated.state("tip", f"{self.probe} {known[1]}".strip())
                 self._keep_shank(known[1], statement, number)
             return
+        if (found := _COMPENSATION.search(statement)) and not self.touches:
+            self.uncompensated = number if found[1].upper() == "OFF" else None
         self.stated.take(known, statement, number)
 
     def _keep_shank(self, tip: str, statement: str, number: int) -> None:
