@@ -78,6 +78,13 @@ class TestGrbl:
         with pytest.raises(InputError, match=words):
             read_grbl_log(written(tmp_path, text))
 
+    def test_another_offset_than_that_of_the_log_is_refused(self, tmp_path: Path) -> None:
+        file = written(tmp_path, GRBL_LOG)
+        found = read_grbl_log(file, offset=(-100.0, 50.0, -20.0))
+        assert np.array_equal(found.positions, read_grbl_log(file).positions)
+        with pytest.raises(InputError, match="the log states the offset -100,50,-20 mm"):
+            read_grbl_log(file, offset=(-100.0, 50.0, 0.0))
+
     def test_offset_of_the_active_coordinates(self, tmp_path: Path) -> None:
         text = (
             "$13=1\n[GC:G0 G55 G17 G21]\n[G55:1.0000,2.0000,3.0000]\n[G92:0.0000,0.0000,1.0000]\n"

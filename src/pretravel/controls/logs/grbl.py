@@ -165,8 +165,10 @@ def read_grbl_log(
     scale = file.scale(
         log.units, "the log does not show whether reports are in inches ($13=0 or $13=1)"
     )
-    origin = np.zeros(3) if offset is None else np.asarray(offset, dtype=np.float64)
-    if offset is None and not anywhere:
+    origin = np.zeros(3)
+    if offset is not None:
+        origin = log.given_offset(np.asarray(offset, dtype=np.float64), scale)
+    elif not anywhere:
         origin = scale * log.work_offset()
     feeds = moves.of(log.lines, scale)
     read = FilePositions(
@@ -370,6 +372,23 @@ class _GrblLog:
         """Return whether each report is a contact; None where the log does not state it."""
         stated = tuple(contact for contact in self.contact if contact is not None)
         return stated if len(stated) == len(self.contact) else None
+
+    def given_offset(
+        self, offset: npt.NDArray[np.float64], scale: float
+    ) -> npt.NDArray[np.float64]:
+        """The offset that the user gives, refused where the log states another one. [mm]"""
+        try:
+            own = scale * self.work_offset()
+        except InputError:  # the log does not state it
+            return offset
+        if np.abs(own - offset).max() > scale * _ROUNDED:
+            shown = ",".join(f"{value:.6g}" for value in own)
+            raise self.file.error(
+                f"the log states the offset {shown} mm of the work coordinates in the machine's; "
+                "leave out the one that you gave",
+                inputs=("offset",),
+            )
+        return offset
 
     def work_offset(self) -> npt.NDArray[np.float64]:
         """Return the origin of the work coordinates in the machine's, in the log's units, (3,)."""
