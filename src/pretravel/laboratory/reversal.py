@@ -25,6 +25,8 @@ _SAME_PLACE = 1.0
 """Touches of one target at both orientations are closer than that. [mm]"""
 _SAME_TARGET = 0.02
 """Repeats of a target are closer than that. [mm]"""
+_SAME_FEED = 0.01
+"""Relative difference of feeds that are one, as in a qualification."""
 _SAME_NORMAL = math.cos(1.0 * DEGREE)
 _OPPOSITE = 1.0 * DEGREE
 _FEWEST = 8
@@ -101,7 +103,7 @@ def reversed_touches(touches: Touches) -> ReversedPairs:
     ------
     PretravelError
         No orientations, or others than two opposite ones; a touch without its counterpart;
-        touches of several tips, parts or passes.
+        touches of several tips, parts or passes; a target at two feeds.
 
     >>> n = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     >>> both = Touches(np.vstack([n * 15.49, n * 15.47]), np.vstack([n, n]),
@@ -114,6 +116,7 @@ def reversed_touches(touches: Touches) -> ReversedPairs:
     touches.refuse_several()
     partners = _partners(touches, first, second)
     one, other = touches.take(first), touches.take(partners)
+    _check_feeds(one, other)
     difference = one.positions - other.positions
     half = 0.5 * np.sum(one.normals * difference, axis=1)
     means = replace(
@@ -151,6 +154,22 @@ def _orientations(touches: Touches) -> tuple[IntArray, IntArray]:
     turned = float(np.mod(touches.spindle[0] + _OPPOSITE, 2.0 * math.pi)) >= math.pi
     found = np.flatnonzero(at_first), np.flatnonzero(opposite)
     return found[::-1] if turned else found
+
+
+def _check_feeds(one: Touches, other: Touches) -> None:
+    """Refuse targets at two feeds: half of the difference of their delay travel would look like
+    noise, and the mean would be one of a feed that nobody drove.
+    """
+    if one.feeds is None or other.feeds is None:
+        return
+    differ = np.abs(one.feeds - other.feeds) > _SAME_FEED * np.maximum(one.feeds, other.feeds)
+    if differ.any():
+        row = int(np.argmax(differ))
+        raise PretravelError(
+            f"{one.where(row)} is at {one.feeds[row]:g} mm/min, its counterpart at the other "
+            f"orientation, {other.where(row)}, at {other.feeds[row]:g} mm/min: feed × signal delay "
+            "differs. Touch both at one feed"
+        )
 
 
 def _partners(touches: Touches, first: IntArray, second: IntArray) -> IntArray:

@@ -325,14 +325,38 @@ def test_the_step_of_readings_by_index_is_found(tmp_path: Path) -> None:
     assert "in steps of" in run("separate", tmp_path / "readings.csv", code=2)
 
 
-@pytest.mark.parametrize(("name", "said"), [("feed_mm_min", True), ("orientation_deg", False)])
-def test_what_differs_over_readings_by_index_is_named(
-    tmp_path: Path, name: str, said: bool
-) -> None:
-    """But not the orientation, which follows from the indices of a plan."""
+def _by_index(path: Path, **columns: np.ndarray) -> Path:
     i, j = np.divmod(np.arange(COUNT**2), COUNT)
     errors = MACHINE[i] - PROBE[j] + np.random.default_rng(1).normal(0.0, 0.3, COUNT**2)
-    columns = {"machine_index": i + 1, "probe_index": j + 1, "error_um": errors, name: i % 2}
-    write_csv_table(tmp_path / "r.csv", columns)
-    told = both_outputs("separate", tmp_path / "r.csv")[1]
-    assert (f"not read, although it differs over the readings: {name}" in told) == said
+    table = {"machine_index": i + 1, "probe_index": j + 1, "error_um": errors, **columns}
+    write_csv_table(path, table)
+    return path
+
+
+def test_what_differs_over_readings_by_index_is_named(tmp_path: Path) -> None:
+    """But not the orientation, which follows from the indices of a plan."""
+    i, j = np.divmod(np.arange(COUNT**2), COUNT)
+    turned = {"spindle_deg": 30 * (i - j) - 360, "machine_azimuth_deg": 30 * i}
+    readings = _by_index(tmp_path / "r.csv", feed_mm_min=i % 2, **turned)
+    told = both_outputs("separate", readings)[1]
+    assert "not read, although it differs over the readings: feed_mm_min\n" in told
+    assert "copies" not in told.lower()
+    head, *lines = readings.read_text().splitlines()
+    for copies in ([*lines, *lines], [line for line in lines for _ in range(2)]):
+        readings.write_text("\n".join([head, *copies]))
+        assert "make scatter and u too small" in " ".join(
+            both_outputs("separate", readings)[1].split()
+        )
+
+
+@pytest.mark.parametrize(
+    ("name", "step", "first"),
+    [("spindle_deg", -30, 0), ("orientation_deg", 15, 0), ("machine_azimuth_deg", 30, 90)],
+)
+def test_angles_that_contradict_the_indices_are_refused(
+    tmp_path: Path, name: str, step: int, first: int
+) -> None:
+    i, j = np.divmod(np.arange(COUNT**2), COUNT)
+    angles = step * (i if name.startswith("machine") else i - j) + first
+    found = run("separate", _by_index(tmp_path / "r.csv", **{name: angles}), code=2)
+    assert f": {name} is" in found

@@ -94,6 +94,7 @@ def test_what_is_taken_out() -> None:
     [
         (replace(_both(), spindle=None), "do not give the orientation"),
         (replace(_both(), spindle=np.repeat([0.0, 1.5], 36)), "180° apart"),
+        (replace(_both(), feeds=np.repeat([50.0, 200.0], 36)), "at 200 mm/min"),
         (_both().take(np.arange(71)), "touch 1 has no touch at the other orientation"),
         (_both().take(np.arange(1, 72)), "touch 71 has no touch at the first"),
     ],

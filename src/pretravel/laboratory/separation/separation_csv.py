@@ -14,10 +14,11 @@ from pretravel.files import CsvTable, read_csv_table, shortened
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation.plan import SeparationPlan
 from pretravel.laboratory.separation.separation import Separation
-from pretravel.touches import quantisation_step
+from pretravel.touches import copied_rows_warnings, quantisation_step, rows_in_a_row_warnings
 
 _LARGEST = 10_000.0  # µm
 _LARGEST_INDEX = 1_000_000
+_SAME_ANGLE = 0.5  # °
 _OF_PLANS = ("orientation_deg", "machine_azimuth_deg", "nx", "ny", "nz", "spindle_deg")
 
 
@@ -37,7 +38,8 @@ def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
     Raises
     ------
     InputError
-        A file without these columns; indices that are not whole numbers.
+        A file without these columns; indices that are not whole numbers; angles that contradict
+        them.
     """
     table = read_csv_table(path)
     table.require("machine_index", "probe_index", "error_um", what="multi-step readings")
@@ -59,7 +61,7 @@ def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
             f"error_um is {errors[row]:g}; is it in µm?", path=path, line=table.lines[row]
         )
     try:
-        return MultiStepReadings(
+        found = MultiStepReadings(
             machine=_indices(table, "machine_index"),
             probe=_indices(table, "probe_index"),
             errors=errors * MICROMETRE,
@@ -69,6 +71,34 @@ def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
         raise
     except PretravelError as error:
         raise InputError(str(error), path=path) from None
+    _check_angles(table, found)
+    return found
+
+
+def _check_angles(table: CsvTable, readings: MultiStepReadings) -> None:
+    """Refuse angles of a plan that are not those of its indices."""
+    if not readings.turn:
+        return
+    step = 360.0 / readings.turn
+    turned = step * (readings.machine - readings.probe)
+    around = step * (readings.machine - 1)
+    for name, meant in (
+        ("orientation_deg", turned), ("spindle_deg", turned), ("machine_azimuth_deg", around),
+    ):  # fmt: skip
+        if not any(table.columns.get(name, ())):
+            continue
+        stated = table.numbers(name)[:, 0]
+        off = np.flatnonzero(np.abs(np.mod(stated - meant + 180.0, 360.0) - 180.0) > _SAME_ANGLE)
+        if len(off):
+            row = int(off[0])
+            raise InputError(
+                f"{name} is {stated[row]:g}, and machine_index {readings.machine[row]} with "
+                f"probe_index {readings.probe[row]} of {readings.turn} means "
+                f"{np.mod(meant[row], 360.0):g}: angles count counter-clockwise about the probe's "
+                "+z, direction 1 is +x. Correct the column, or leave it out",
+                path=table.path,
+                line=table.lines[row],
+            )
 
 
 def read_multi_step_test(
@@ -114,7 +144,8 @@ def read_multi_step_test(
                 path=given[0],
                 inputs=("axis",),
             )
-        return read_multi_step_readings(given[0]), (), _not_read(read_csv_table(given[0]))
+        readings, table = read_multi_step_readings(given[0]), read_csv_table(given[0])
+        return readings, (), (*_not_read(table), *_copies(readings))
     try:
         read = read_series(given, spindle=spindle)
         found = readings_of_touches(read.touches, axis=axis)
@@ -133,6 +164,14 @@ def _not_read(table: CsvTable) -> tuple[str, ...]:
         return ()
     names = ", ".join(map(shortened, changing))
     return (f"not read, although it differs over the readings: {names}",)
+
+
+def _copies(readings: MultiStepReadings) -> list[str]:
+    rows = np.column_stack([readings.machine, readings.probe, readings.errors])
+    return [
+        *copied_rows_warnings(rows, lambda row: f"reading {row + 1}"),
+        *rows_in_a_row_warnings(rows),
+    ]
 
 
 def _has_touches(path: Path) -> bool:
