@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from pretravel.base import DEGREE, FloatArray, InputError, PretravelError, check
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import FilePositions, FileReadings, ReadingOptions
 from pretravel.files.number_tables import columns_of_numbers
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.files.stated_normals import refuse_inward, stated_normals, with_sphere_normals
 from pretravel.files.tables import write_table
 from pretravel.files.touch_columns import TouchColumns, read_touch_columns
@@ -259,14 +260,30 @@ def read_targets(
     if approach not in ("normal", "file", None):
         raise PretravelError(f"approach '{approach}' is not known; there are normal and file")
     file = opened(source)
-    table = read_touch_columns(file, options).table
+    found = read_touch_columns(file, options)
+    table = found.table
     table.require(*_NORMAL, what="targets")
     if approach == "file":
         table.require(*_APPROACH, what="targets with their own approaches")
     if approach is None and table.has(*_APPROACH):
         stated = _targets(file, table, surface, own_approaches=True)
         _refuse_oblique(stated, table)
-    return _targets(file, table, surface, own_approaches=approach == "file")
+    targets = _targets(file, table, surface, own_approaches=approach == "file")
+    return replace(targets, unused=_unused(found))
+
+
+def _unused(found: TouchColumns) -> tuple[str, ...]:
+    """A sentence on what all targets have, and a program or a simulation does not keep."""
+    table = found.table
+    stated = [
+        f"{table.titles.get(name, name)} {shortened(table.columns[name][0])}"
+        for name in _ONE_FOR_ALL
+        if name != "feed_mm_min" and any(table.columns.get(name, ()))
+    ]
+    stated += [found.frame] if found.frame else []
+    if not stated:
+        return ()
+    return (f"the targets state {', '.join(stated)}, which is not used",)
 
 
 def _refuse_oblique(targets: Targets, table: CsvTable) -> None:

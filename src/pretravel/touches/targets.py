@@ -54,6 +54,8 @@ class Targets:
     labels : n strings, optional
     feed : float, optional
         At which they are to be touched, where that is stated. [mm/min]
+    unused : tuple of str
+        Sentences on what their file states in addition, such as a tip or an orientation.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class Targets:
     approaches: FloatArray | None = None
     labels: tuple[str, ...] | None = None
     feed: float | None = None
+    unused: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         points = as_numbers(self.points, "the points of the targets")

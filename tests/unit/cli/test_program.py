@@ -69,10 +69,11 @@ class TestCommands:
         feed = read_machine(mill).measuring_feed
         write_map(tmp_path / "map.json", replace(mean_map(0.010), feed=feed))
         assert "has no feed" not in both_outputs(*given)[1]
-        plan.write_text("label,x_mm,y_mm,z_mm,nx,ny,nz,feed_mm_min\ntop,0,0,0,0,0,1,37\n")
-        assert f"feed of 37 mm/min (feed_mm_min), the program touches at {feed:g}" in " ".join(
-            both_outputs(*given)[1].split()
-        )
+        head = "label,x_mm,y_mm,z_mm,nx,ny,nz,feed_mm_min,spindle_deg"
+        plan.write_text(f"{head}\ntop,0,0,0,0,0,1,37,90\n")
+        told = " ".join(both_outputs(*given)[1].split())
+        assert f"feed of 37 mm/min (feed_mm_min), the program touches at {feed:g}" in told
+        assert "the targets state spindle_deg 90, which is not used" in told
 
 
 class TestAxis:

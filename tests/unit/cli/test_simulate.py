@@ -17,12 +17,13 @@ from tests.support.examples import EXAMPLES
 class TestSimulate:
     def test_targets_that_do_not_fit_are_warned_of(self, tmp_path: Path) -> None:
         targets = tmp_path / "t.csv"
-        targets.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,0,0,0,1\n")
+        targets.write_text("x_mm,y_mm,z_mm,nx,ny,nz,tip,spindle_deg,A\n0,0,0,0,0,1,left,90,30\n")
         arguments = ["simulate", "omp40-2", "--surface", "plane:polar=40", "--targets", targets]
         result = CliRunner().invoke(
             main.app, [*(str(a) for a in arguments), "-o", str(tmp_path / "o.csv")]
         )
         assert "differ from the surface's by up to 40.0°" in result.stderr
+        assert "state tip left, spindle_deg 90, A 30, which is not used" in result.stderr
 
     def _targets(self, path: Path) -> Path:
         path.write_text("nx,ny,nz,label\n0,0,1,top\n1,0,0,side\n0,0.6,0.8,slope\n")

@@ -469,7 +469,7 @@ class ProgramPart(ProgramTask):
                 leave_out=self.leave_out,
             )
         planned = _planned(self, program, self.compensated, allow_misses=self.allow_misses)
-        told = []
+        told = [*plan.unused]
         if plan.feed is not None and set(program.feeds) != {plan.feed}:
             feeds = ", ".join(f"{feed:g}" for feed in sorted(set(program.feeds)))
             told.append(

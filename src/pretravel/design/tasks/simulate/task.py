@@ -324,5 +324,6 @@ def _warnings(
             for number, reason in unreadable.items()
         ),
         *(f"left out: {sentence}" for sentence in failures),
+        *targets.unused,
         *target_warnings(targets, outcomes, unchecked),
     ]
