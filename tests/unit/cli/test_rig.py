@@ -137,7 +137,10 @@ class TestRig:
         assert made.pretravel(n) * 1e3 == pytest.approx([d["pretravel_um"] for d in directions])
         u = made.standard_uncertainty(n) * 1e3
         assert np.all(u > [d["u_pretravel_um"] for d in directions])
-        assert "--tip-diameter" in run("rig", *TRACES, "--map", tmp_path / "m.json", code=2)
+        given = ("rig", *TRACES, "--map", tmp_path / "m.json")
+        assert "--tip-diameter" in run(*given, code=2)
+        told = run(*given, "--tip-diameter", 2, "--probe", "omp40-2", code=2)
+        assert "has a diameter of 6 mm, and 2 is given" in told
 
     @pytest.mark.long
     def test_a_bad_trace_is_left_out(self, tmp_path: Path) -> None:

@@ -313,21 +313,37 @@ def _misfit_of_forces(
     forces: MeasuredForces, probe: Probe, model: str | ComplianceModel, free: int
 ) -> tuple[float, list[str]]:
     """Factor by which forces that differ from the model by more than their u widen uncertainties
-    (Birge's ratio), and a sentence on it.
+    (Birge's ratio), and sentences on it and on copies.
     """
     from scipy.special import chdtrc
 
     white = forces.white(probe, model)
     dof = max(len(white) - free, 1)
     squares = float(np.sum(white**2))
+    copies = _copies(forces)
     if chdtrc(dof, squares) > _RARE_MISFIT:
-        return 1.0, []
+        return 1.0, copies
     most = float(np.abs(white).max())
     words = (
         f"the measured forces differ from the model by {most:.1f} times their u. The probe is "
         "of another kind, or other quantities should be free. u was enlarged for this"
     )
-    return math.sqrt(squares / dof), [words]
+    return math.sqrt(squares / dof), [words, *copies]
+
+
+def _copies(forces: MeasuredForces) -> list[str]:
+    """A sentence on forces that are there twice."""
+    rows = np.column_stack([forces.directions, forces.force, forces.u])
+    alike = np.all(np.abs(rows[:, None] - rows) < 1e-9, axis=2)
+    first = np.argmax(alike, axis=1)
+    again = np.flatnonzero(first < np.arange(len(rows)))
+    if not len(again):
+        return []
+    row = int(again[0])
+    return [
+        f"measured forces {first[row] + 1} and {row + 1} are equal in direction, force and "
+        "u: a copy counts as a measurement of its own, and makes u too small. Leave copies out"
+    ]
 
 
 @dataclass(frozen=True, eq=False)

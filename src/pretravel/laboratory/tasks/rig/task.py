@@ -221,9 +221,20 @@ class Rig(LaboratoryReport):
 
     def _terms(self) -> RenTerms | None:
         """What determines a force from a pretravel; None without a description."""
+        from pretravel.maps import same_tip
         from pretravel.prediction import load_probe, ren_terms_of
 
-        return None if self.probe is None else ren_terms_of(load_probe(self.probe))
+        if self.probe is None:
+            return None
+        described = load_probe(self.probe)
+        own, stated = 2.0 * described.tip.radius, self.tip_diameter
+        if stated is not None and not same_tip(own, stated):
+            raise PretravelError(
+                f"the tip of the description has a diameter of {own:.6g} mm, and {stated:g} is "
+                "given: correct the one that is wrong",
+                inputs=("probe", "tip_diameter"),
+            )
+        return ren_terms_of(described)
 
     def _components(
         self, components: Sequence[LengthComponent], checked: ScaleCheck | None
