@@ -340,10 +340,11 @@ def _copies(forces: MeasuredForces) -> list[str]:
     if not len(again):
         return []
     row = int(again[0])
-    return [
-        f"measured forces {first[row] + 1} and {row + 1} are equal in direction, force and "
-        "u: a copy counts as a measurement of its own, and makes u too small. Leave copies out"
-    ]
+    words = (
+        f"measured forces {first[row] + 1} and {row + 1} are equal in direction, force and u: a "
+        "copy counts as a measurement of its own, and makes u too small. Leave copies out"
+    )
+    return [words]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray, PretravelError, as_numbers, frozen
 from pretravel.laboratory.rig.budget import LengthComponent
+from pretravel.touches import copied_rows_warnings
 
 SCALE_SOURCE = "grating scale"
 """Names of sources in a budget that begin so are replaced by the result of a check."""
@@ -17,6 +18,8 @@ _FEWEST = 20
 _FEWEST_PERIODS = 3.0
 _FINER = 8
 """Trial periods for each independent one."""
+_ONE_PLACE = 0.1
+"""Readings closer than this share of their mean distance are of one place."""
 _FALSE_PERIOD = 0.01
 """Share of scales without a periodic part of which one is stated."""
 _LARGEST_ERROR = 0.1
@@ -151,8 +154,7 @@ def _periodic(
     from scipy.special import fdtrc
 
     length = float(np.ptp(position))
-    spacing = max(length / (len(position) / len(np.unique(runs)) - 1.0), 1e-12)
-    lowest, highest = _FEWEST_PERIODS / length, 0.5 / spacing
+    lowest, highest = _FEWEST_PERIODS / length, 0.5 * _steps(position, runs) / length
     independent = int((highest - lowest) * length) + 1
     if highest <= lowest:
         return math.nan, line
@@ -185,6 +187,15 @@ def _periodic(
     return 1.0 / best, with_period(best)
 
 
+def _steps(position: FloatArray, runs: IntArray) -> float:
+    """Steps between different places in a run, on average: forth and back are one place each."""
+    found = []
+    for run in np.unique(runs):
+        own = np.sort(position[runs == run])
+        found.append(int(np.sum(np.diff(own) > _ONE_PLACE * np.ptp(position) / len(own))))
+    return float(np.mean(found))
+
+
 def scale_doubts(check: ScaleCheck) -> tuple[str, ...]:
     """What a check shows that a budget does not correct, as sentences.
 
@@ -192,7 +203,8 @@ def scale_doubts(check: ScaleCheck) -> tuple[str, ...]:
     >>> scale_doubts(check_scale(x * (1.0 + 5e-5), x))[0][:44]
     'the scale is longer than the reference by 50'
     """
-    doubts = []
+    rows = np.column_stack([check.position, np.round(check.error, 9)])
+    doubts = copied_rows_warnings(rows, lambda row: f"reading {row + 1} of the scale")
     if abs(check.slope) > max(4.0 * check.u_slope, 1e-5):
         longer = "longer" if check.slope > 0.0 else "shorter"
         doubts.append(
