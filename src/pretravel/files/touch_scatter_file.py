@@ -6,11 +6,17 @@ import math
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-from pretravel.base import DEGREE, MICROMETRE, InputError, PretravelError, parsed_json
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, InputError, PretravelError, parsed_json
 from pretravel.files.csv_table import read_csv_table
-from pretravel.files.source_file import opened
+from pretravel.files.source_file import opened, shortened
 from pretravel.measurement import TouchScatter
+
+_COLUMNS = (
+    "kind", "index", "systematic_um", "u_systematic_um", "variance_um2", "u_variance_um2",
+    "azimuth_deg",
+)  # fmt: skip
 
 
 def read_touch_scatter(path: str | Path) -> TouchScatter:
@@ -32,12 +38,15 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
         table = read_csv_table(path)
         needed = ("kind", "variance_um2", "azimuth_deg")
         table.require(*needed, what="a separation of machine and probe")
+        table.refuse_others(*_COLUMNS, what="a separation of machine and probe")
         columns = {
             name: list(table.columns[name])
             for name in (*needed, "systematic_um")
             if name in table.columns
         }
     kinds = np.array([str(kind).strip() for kind in columns["kind"]])
+    if others := {*kinds.tolist()} - {"machine", "probe"}:
+        raise InputError(f"kind is '{shortened(min(others))}'; it is machine or probe", path=path)
     try:
         values = {
             name: np.array([_number_or_nan(cell) for cell in columns[name]])
@@ -47,6 +56,7 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
         error = [_number_or_nan(cell) for cell in columns.get("systematic_um", ())]
         own = np.array(error)[kinds == "machine"] * MICROMETRE if error else np.zeros(0)
         of_machine, of_probe = kinds == "machine", kinds == "probe"
+        _refuse_gaps(path, kinds, np.round(np.mod(values["azimuth_deg"], 360.0), 6), own)
         return TouchScatter(
             azimuth[of_machine],
             variance[of_machine],
@@ -58,6 +68,26 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
         raise InputError(f"a variance or azimuth is not a number ({error})", path=path) from None
     except PretravelError as error:
         raise InputError(str(error), path=path) from None
+
+
+def _refuse_gaps(
+    path: Path, kinds: npt.NDArray[np.str_], azimuth: FloatArray, errors: FloatArray
+) -> None:
+    """Refuse directions that are there twice, and errors of the machine that only some have."""
+    places = [*zip(kinds.tolist(), azimuth.tolist(), strict=True)]
+    for row, place in enumerate(places):
+        if place in places[:row]:
+            kind, angle = place
+            raise InputError(
+                f"{kind} has azimuth_deg {angle:g} twice: leave one row out", path=path
+            )
+    known = np.isfinite(errors)
+    if known.any() and not known.all():
+        raise InputError(
+            "systematic_um of the machine is empty in some rows: fill it in, or leave it out in "
+            "all",
+            path=path,
+        )
 
 
 def _number_or_nan(cell: object) -> float:

@@ -18,7 +18,12 @@ from pretravel.base.errors import PretravelError
 from pretravel.laboratory.rig.events import rig_touch
 from pretravel.laboratory.rig.marks import with_marks
 from pretravel.laboratory.rig.signals import rod_motion
-from pretravel.laboratory.rig.trace import RigTouch, RigTrace, at_reference_temperature
+from pretravel.laboratory.rig.trace import (
+    RigTouch,
+    RigTrace,
+    at_reference_temperature,
+    notes_of_touches,
+)
 
 UM = 1e-3
 STEP = 0.1 * UM
@@ -394,6 +399,12 @@ class TestMovedMarks:
         assert found.u_r3 == pytest.approx(0.3 * UM / math.sqrt(3.0), rel=1e-12)
         assert (found.r0, found.u_r0, found.r1, found.u_r1) == (1.0, 2e-5, 1.004, 3e-5)
         assert found.notes == ("r3 was set by hand",)
+
+    def test_a_trace_at_another_feed_is_named(self) -> None:
+        others = [replace(self.TOUCH, trace=f"rig_{i}", feed=3.0 + 0.1 * i) for i in range(3)]
+        assert not notes_of_touches(others)
+        (note,) = notes_of_touches([*others, replace(self.TOUCH, feed=6.0)])
+        assert note.startswith("rig_030_1: touched at 6 mm/min, the middle trace at 3.15")
 
     def test_other_events_and_positions_are_refused(self) -> None:
         for marks in ({"r4": 1.0}, {"r0": math.inf}):

@@ -236,6 +236,17 @@ def test_simulate_with_a_separation(tmp_path: Path, separated: Path) -> None:
 def test_read_scatter_has_the_machines_errors(separated: Path) -> None:
     found = read_touch_scatter(separated)
     assert found.machine_error == pytest.approx(UM * np.array([0.6, -0.6, 0.6, -0.6]))
+    text = separated.read_text()
+    head, first, *others = text.splitlines()
+    for other, reason in (
+        ("\n".join([head, first, first, *others]), "machine has azimuth_deg 0 twice"),
+        (text.replace("probe", "Probe"), "kind is 'Probe'"),
+        (text.replace("-0.6", "", 1), "systematic_um of the machine is empty in some rows"),
+        ("\n".join([f"{head},unit", *(f"{row},nm" for row in (first, *others))]), "'unit'"),
+    ):
+        separated.write_text(other)
+        with pytest.raises(PretravelError, match=reason):
+            read_touch_scatter(separated)
 
 
 @pytest.mark.long

@@ -147,6 +147,8 @@ class RigTouch:
 
 
 _NAMED = 3
+_OTHER_FEED = 0.1
+"""Relative difference of speeds from traces that is none of their scatter."""
 
 
 def notes_of_touches(touches: Iterable[RigTouch]) -> list[str]:
@@ -155,10 +157,20 @@ def notes_of_touches(touches: Iterable[RigTouch]) -> list[str]:
     Parameters
     ----------
     touches : iterable of RigTouch
+        One at another feed than most is irregular, too.
     """
+    touches = list(touches)
+    known = [touch.feed for touch in touches if math.isfinite(touch.feed)]
+    usual = float(np.median(known)) if known else math.nan
     traces: dict[str, list[str]] = {}
     for touch in touches:
         for note in touch.notes:
+            traces.setdefault(note, []).append(touch.trace)
+        if abs(touch.feed - usual) > _OTHER_FEED * usual:
+            note = (
+                f"touched at {touch.feed:.3g} mm/min, the middle trace at {usual:.3g}: feed × "
+                "signal delay is in the pretravel, and looks like scatter or like a direction's own"
+            )
             traces.setdefault(note, []).append(touch.trace)
     return [
         f"{', '.join(names[:_NAMED])}"
