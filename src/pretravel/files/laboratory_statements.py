@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
@@ -226,6 +227,12 @@ class LaboratoryStatements:
             if min(abs(each - value) for each in stated) > apart:
                 yield name, f"what is used: it gives '{text}', and {value:g} is used"
         yield from self._other_u(used)
+        rod, fed = used.get("rod_feed"), self.method.feed
+        stated = [_number(each) for each in _FEED.findall(fed)]
+        of_rod = rod if isinstance(rod, float) else math.nan
+        apart = min((abs(each / of_rod - 1.0) for each in stated), default=0.0)
+        if apart > _ROD_FEEDS_APART:  # not of a nan
+            yield "traces", f"the traces: it gives '{fed}', and their rod has {of_rod:.3g} mm/min"
         item, probe = self.item.serial_number, self.instrument.probe_serial_number
         one, other = _WITH_DIGITS.findall(item), _WITH_DIGITS.findall(probe)
         if one and other and not {*one} & {*other}:
@@ -319,6 +326,8 @@ def _number(text: str) -> float:
 
 _DIAMETERS_APART = 0.5
 """Of a nominal diameter and a calibrated or effective one. [mm]"""
+_ROD_FEEDS_APART = 0.1
+"""Relative difference of a feed and the speed of a rod in its traces."""
 _TEMPERATURES_APART = 1.0
 """Of a room and a ruler in it. [K]"""
 CERTIFICATE_TABLES = (

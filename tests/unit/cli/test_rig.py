@@ -141,6 +141,10 @@ class TestRig:
         assert "--tip-diameter" in run(*given, code=2)
         told = run(*given, "--tip-diameter", 2, "--probe", "omp40-2", code=2)
         assert "has a diameter of 6 mm, and 2 is given" in told
+        lab = tmp_path / "lab.toml"
+        lab.write_text('[method]\nfeed = "600 mm/min"\n', encoding="utf-8")
+        told = " ".join(run("rig", *TRACES, "--lab", lab, code=2).split())
+        assert "gives '600 mm/min', and their rod has 3 mm/min" in told
 
     @pytest.mark.long
     def test_a_bad_trace_is_left_out(self, tmp_path: Path) -> None:

@@ -80,6 +80,9 @@ def test_a_delay_adds_feed_times_delay(tmp_path: Path) -> None:
     for which in ("least", "mean", "greatest"):
         name = f"travel_since_contact_{which}"
         assert moving[name] - still[name] == pytest.approx(15.0, abs=1e-6)
+    (tmp_path / "targets.csv").write_text("x_mm,y_mm,z_mm,nx,ny,nz,feed_mm_min\n0,0,0,0,0,1,50\n")
+    other = outcome_of(study("touch", more.format("feed_mm_min = 600.0\n"), tmp_path), {})
+    assert "targets.csv has a feed of 50 mm/min, and [touch] has feed_mm_min = 600" in other.reason
 
 
 @pytest.mark.long

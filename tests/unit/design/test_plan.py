@@ -99,6 +99,8 @@ def test_the_seed_alone_decides(plan: str) -> None:
         ("[study]\nsamples = 9\n" + PRELOAD, "line 2: samples is not used by the plan full"),
         (PRELOAD + "[touch]\nfriction = 0.2\n", "line 5: the table [touch] changes nothing"),
         ('[[factor]]\nkey = "calibration.noise_um"\nvalues = [0.1, 0.2]', "_um changes nothing"),
+        ('[[factor]]\nkey = "moving.mass_g"\nvalues = [5.0, 9.0]', "mass_g changes nothing"),
+        ('[[factor]]\nkey = "spring.preload_N"\nvalues = [4.0]\nlevels = 3', "line 4: levels of"),
         (PRELOAD + "[directions]\npolar_deg = [90, 200]\n", "polar angle is 200°"),
     ],
 )  # fmt: skip

@@ -449,6 +449,15 @@ def study_of_parts(
 
 def _refuse_unused(study: Study, document: TomlDocument, settings: str, factors: str) -> None:
     """Refuse what is stated and changes nothing: a table of another output, samples of a plan."""
+    for number, factor in enumerate(study.factors):
+        if factor.values is not None and factor.levels != Factor.levels:
+            unused = f"levels of {factor.key} is not used: it has values. Leave levels out"
+            raise document.error(unused, factors, number, "levels")
+        if factor.key.startswith("moving."):
+            unused = "studies have no direction of gravity, and the weight is neglected"
+            raise document.error(
+                f"the factor {factor.key} changes nothing: {unused}", factors, number, "key"
+            )
     for table in ("touch", "calibration"):
         if table in study.outputs:
             continue

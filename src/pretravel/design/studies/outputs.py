@@ -259,10 +259,17 @@ def _touch(case: Case, trigger: Trigger, directions: Directions) -> dict[str, fl
             "x_mm,y_mm,z_mm in the folder of the study)"
         )
     surface = parse_surface(wish.surface)
+    targets = read_targets(case.folder / wish.targets, surface, approach="normal")
+    if targets.feed is not None and targets.feed != wish.feed:
+        stated = "no feed_mm_min" if wish.feed is None else f"feed_mm_min = {wish.feed:g}"
+        raise PretravelError(
+            f"{wish.targets} has a feed of {targets.feed:g} mm/min, and [touch] has {stated}: give "
+            "the same"
+        )
     touches = simulate(
         case.probe,
         surface,
-        read_targets(case.folder / wish.targets, surface, approach="normal"),
+        targets,
         model=case.prediction.model,
         setup=PartSetup(material=case.prediction.material, friction=wish.friction),
         latch=Latch(wish.feed, wish.delay_ms * 1e-3),

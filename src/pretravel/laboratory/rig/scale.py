@@ -188,7 +188,7 @@ def _periodic(
 
 
 def _steps(position: FloatArray, runs: IntArray) -> float:
-    """Steps between different places in a run, on average: forth and back are one place each."""
+    """Steps between different places in a run, on average: there and back is one place."""
     found = []
     for run in np.unique(runs):
         own = np.sort(position[runs == run])

@@ -206,6 +206,7 @@ class Rig(LaboratoryReport):
         paths = [path for path in paths if path.stem not in unread]
         with progress.working(f"reading {len(paths)} traces"):
             traces, touches = self._read(paths)
+        self._check_feed(touches)
         if self.output is not None and self.output.suffix.lower() == ".csv":
             # Single touches need no calibration.
             _write_touches(self.output, touches, forces=_forces(touches, terms))
@@ -215,6 +216,12 @@ class Rig(LaboratoryReport):
         return CalibratedRig(
             self, traces, touches, calibration, tuple(components), statements, terms, checked
         )
+
+    def _check_feed(self, touches: Sequence[RigTouch]) -> None:
+        """Refuse a feed of the laboratory that is not that of the traces."""
+        feeds = sorted(touch.feed for touch in touches if math.isfinite(touch.feed))
+        if feeds:
+            self.statements(rod_feed=feeds[len(feeds) // 2])
 
     def _is_excluded(self, path: Path) -> bool:
         return path.stem in self.exclude or path.name in self.exclude
