@@ -144,7 +144,7 @@ def verdicts(text: TextTable, unread: Sequence[int]) -> tuple[str, ...]:
     unread : sequence of int
         Columns that have no other meaning.
     """
-    told = []
+    told: list[str] = []
     for i in unread:
         cells = [cell.strip() for cell in text.column(i)]
         if _TEMPERATURE.search(text.title(i)):
