@@ -174,5 +174,5 @@ def with_file_names(task: T, **stated: Any) -> T:
             values = value if setting.several else (value,)
             files = tuple(Path(each).name for each in values)
             names[setting.name] = files if setting.several else files[0]
-    copy: T = replace(task, **(names | stated))  # type: ignore[type-var]
+    copy: T = replace(task, **(names | stated))
     return copy

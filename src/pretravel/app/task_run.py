@@ -198,7 +198,8 @@ def run_task(inputs: Inputs) -> TaskRun:
             if setting.name in (*kind.needed_outputs(stated), *asked)
             for ending in setting.field.writes[:1]
         }
-        task = kind(**stated, **{name: folder / file for name, file in names.items()})
+        stated |= {name: folder / file for name, file in names.items()}
+        task = kind(**stated)
         # A screen shows the full report.
         full = replace(task, verbose=True) if isinstance(task, Reported) else task
         result = full.run()
