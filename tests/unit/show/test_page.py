@@ -86,9 +86,9 @@ def test_a_page_that_would_be_larger_has_still_pictures_and_says_so(
     page = contents_text([plain_content()])
     assert 'id="plotly"' not in page
     assert "data:image/" in page
-    assert "stand still" in page
+    assert "cannot be turned" in page
     monkeypatch.undo()
-    assert "stand still" not in contents_text([plain_content()])
+    assert "cannot be turned" not in contents_text([plain_content()])
 
 
 def test_a_page_without_pictures_has_no_plotly() -> None:

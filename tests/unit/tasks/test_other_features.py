@@ -41,7 +41,7 @@ def _scattered(places: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("places", [GRID, POCKET, ROW], ids=["flat face", "square pocket", "row"])
 def test_another_surface_has_no_normals_of_a_bore(kind: str, places: np.ndarray) -> None:
     """They were taken, 90° and 45° off the true ones, with u of 0.4 µm."""
-    with pytest.raises(PretravelError, match="Give the normals in the file") as refused:
+    with pytest.raises(PretravelError, match="Use normals in the file") as refused:
         normals_of_feature(kind, _scattered(places), None)
     assert refused.value.inputs == ("feature",)
 
@@ -49,7 +49,7 @@ def test_another_surface_has_no_normals_of_a_bore(kind: str, places: np.ndarray)
 def test_a_flat_face_is_no_sphere() -> None:
     """The scatter alone bends it, to the one side or the other."""
     for _ in range(5):
-        with pytest.raises(PretravelError, match="Give the normals in the file"):
+        with pytest.raises(PretravelError, match="Use normals in the file"):
             normals_of_feature("sphere", GRID + RNG.normal(0.0, 0.02, GRID.shape), None)
 
 

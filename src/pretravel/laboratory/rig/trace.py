@@ -168,7 +168,7 @@ def notes_of_touches(touches: Iterable[RigTouch]) -> list[str]:
             traces.setdefault(note, []).append(touch.trace)
         if abs(touch.feed - usual) > _OTHER_FEED * usual:
             note = (
-                f"touched at {touch.feed:.3g} mm/min, the middle trace at {usual:.3g}: feed × "
+                f"touched at {touch.feed:.3g} mm/min, most traces at {usual:.3g}: feed × "
                 "signal delay is in the pretravel, and looks like scatter or like a direction's own"
             )
             traces.setdefault(note, []).append(touch.trace)
