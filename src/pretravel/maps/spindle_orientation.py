@@ -313,7 +313,7 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            "there is no column spindle_deg: if the spindle was turned since the qualification, "
+            "no column spindle_deg: if the spindle was turned since the qualification, "
             f"points move by up to {size * 1e3:.1f} µm, which U does not contain"
         )
     if stated:

@@ -201,7 +201,7 @@ def test_what_is_not_stated_is_said_once() -> None:
     """Where lobes are larger than U: the largest change of the map by half a turn is stated."""
     none, made = _qualified(None), _qualified(180.0)
     assert orientation_note(made, stated=True) == ""
-    assert orientation_note(none, stated=False).startswith("there is no column spindle_deg")
+    assert orientation_note(none, stated=False).startswith("no column spindle_deg")
     assert orientation_note(made, stated=False).startswith(
         "the map is of spindle 180°, the touches"
     )

@@ -72,7 +72,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
         "u of the map",
         result.u_map / MICROMETRE,
         "µm",
-        remark="rms; the errors below are differences from the map, and do not contain it",
+        remark="rms; not contained in the differences from the map below",
     )
     return Document(
         title=title,
