@@ -77,8 +77,7 @@ def main() -> None:
         baseline = list(pool.map(evaluated, usual if "baseline" in names else usual[:10]))
         routine = routine_sentences(baseline)
         print(header(), flush=True)
-        for name, outcomes in _by_row(names, pool, given):
-            outcomes = baseline if name == "baseline" else outcomes
+        for name, outcomes in _by_row(names, baseline, pool, given):
             kept += outcomes
             cells.append(summary(outcomes, routine))
             print(line([cells[-1][name] for name in SHOWN]), flush=True)
@@ -91,14 +90,20 @@ def main() -> None:
 
 
 def _by_row(
-    names: list[str], pool: ProcessPoolExecutor, given: argparse.Namespace
+    names: list[str],
+    baseline: list[Outcome],
+    pool: ProcessPoolExecutor,
+    given: argparse.Namespace,
 ) -> Iterator[tuple[str, list[Outcome]]]:
     """The sets of each row. Rows with a check are done together: they share the map before it."""
     for checked, group in groupby(names, lambda name: ROWS[name].check is not None):
         for rows in [list(group)] if checked else [[name] for name in group]:
+            if rows == ["baseline"]:
+                yield "baseline", baseline
+                continue
             jobs = [
                 tuple(Job(name, given.first + i, given.kind, given.seed) for name in rows)
-                for i in range(given.sets if rows != ["baseline"] else 0)
+                for i in range(given.sets)
             ]
             found = list(pool.map(evaluated_together, jobs))
             yield from ((name, [sets[i] for sets in found]) for i, name in enumerate(rows))

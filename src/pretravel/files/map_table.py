@@ -181,7 +181,9 @@ def read_csv_map(path: Path, tip_diameter: float | None) -> PretravelMap:
 
 
 def _refuse_other_columns(table: CsvTable) -> None:
-    if "effective_radius_mm" in table.columns:
+    shares = [name for name in table.columns if re.fullmatch(r"share_.+_um", name)]
+    known = (*_VALUES, *_CONSTANTS, *_OF_PREDICTIONS, *shares)
+    if "effective_radius_mm" in table.others(*known):
         raise InputError(
             "this is a table of radii to read (column effective_radius_mm): between its directions "
             "linear interpolation can be wrong by more than u_um, and it has no axis and no feed. "
@@ -189,8 +191,6 @@ def _refuse_other_columns(table: CsvTable) -> None:
             path=table.path,
             line=table.header_line or None,
         )
-    shares = [name for name in table.columns if re.fullmatch(r"share_.+_um", name)]
-    known = (*_VALUES, *_CONSTANTS, *_OF_PREDICTIONS, *shares)
     table.refuse_others(*known, what="a map")
 
 

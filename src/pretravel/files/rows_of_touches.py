@@ -176,13 +176,15 @@ def _warm(title: str, cells: Sequence[str]) -> str:
     degrees = [float(cell) for cell in known]
     if _FAHRENHEIT.search(title):
         degrees = [(degree - 32.0) / 1.8 for degree in degrees]
+    from pretravel.maps import STEEL_EXPANSION
+
     low, high = min(degrees), max(degrees)
     if max(20.0 - low, high - 20.0) <= _NEARLY_20:
         return ""
     span = f"{low:.3g}" if high - low < _NEARLY_20 else f"{low:.3g} to {high:.3g}"
     return (
         f"{title} is {span} °C, and is not used: for each kelvin above 20 °C, a reference or part "
-        "of steel is larger by 11.5 µm per metre, which U does not contain"
+        f"of steel is larger by {STEEL_EXPANSION * 1e6:g} µm per metre, which U does not contain"
     )
 
 

@@ -74,13 +74,13 @@ def _refuse_gaps(
     path: Path, kinds: npt.NDArray[np.str_], azimuth: FloatArray, errors: FloatArray
 ) -> None:
     """Refuse directions that are there twice, and errors of the machine that only some have."""
-    places = [*zip(kinds.tolist(), azimuth.tolist(), strict=True)]
-    for row, place in enumerate(places):
-        if place in places[:row]:
-            kind, angle = place
+    places: set[tuple[str, float]] = set()
+    for kind, angle in zip(kinds.tolist(), azimuth.tolist(), strict=True):
+        if (kind, angle) in places:
             raise InputError(
                 f"{kind} has azimuth_deg {angle:g} twice: leave one row out", path=path
             )
+        places.add((kind, angle))
     known = np.isfinite(errors)
     if known.any() and not known.all():
         raise InputError(

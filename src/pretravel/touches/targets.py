@@ -55,7 +55,7 @@ class Targets:
     feed : float, optional
         At which they are to be touched, where that is stated. [mm/min]
     unused : tuple of str
-        Sentences on what their file states in addition, such as a tip or an orientation.
+        Sentences on what the file states of all targets and no program uses, such as a tip.
 
     Raises
     ------

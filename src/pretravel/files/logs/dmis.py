@@ -184,6 +184,37 @@ def checked_radius_taken_off(file: SourceFile, what: str, radius: float | None) 
     return radius
 
 
+def refuse_other_compensation(
+    file: SourceFile, radius: float, line: int, *, compensated: bool, statement: str = ""
+) -> None:
+    """Refuse a subtracted radius that a statement of the file contradicts.
+
+    Parameters
+    ----------
+    file : SourceFile
+    radius : float
+        As the user gives it. [mm]
+    line : int
+        Of the statement.
+    compensated : bool
+        Whether, by the statement, the tip's radius was subtracted.
+    statement : str
+        The beginning of the message.
+
+    Raises
+    ------
+    InputError
+        It was subtracted and the radius is 0, or the reverse.
+    """
+    if compensated != (radius > 0.0):
+        raise file.error(
+            f"{statement}the tip's radius was {'' if compensated else 'not '}subtracted from the "
+            f"points, and a subtracted radius of {radius:g} mm is given",
+            line,
+            inputs=("radius_taken_off",),
+        )
+
+
 def _without_points(output: _Output) -> str:
     """The refusal of a file without measured points."""
     if output.features:
@@ -309,13 +340,10 @@ def _radius_taken_off(output: _Output, scale: float, given: float | None, tip: s
             inputs=("radius_taken_off",),
         )
     radius = checked_radius_taken_off(output.file, "a DMIS file", given)
-    if compensated is not None and compensated != (radius > 0.0):
-        raise output.file.error(
-            f"PRCOMP/{'ON' if compensated else 'OFF'}: the tip's radius was "
-            f"{'' if compensated else 'not '}subtracted from the points, and a subtracted radius "
-            f"of {radius:g} mm is given",
-            of_compensation,
-            inputs=("radius_taken_off",),
+    if compensated is not None:
+        statement = f"PRCOMP/{'ON' if compensated else 'OFF'}: "
+        refuse_other_compensation(
+            output.file, radius, of_compensation, compensated=compensated, statement=statement
         )
     if radius > 0.0 and line and abs(scale * diameter - 2.0 * radius) > _ONE_TIP:
         raise output.file.error(

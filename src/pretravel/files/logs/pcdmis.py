@@ -9,7 +9,11 @@ import numpy as np
 
 from pretravel.base import InputError
 from pretravel.files.file_format import FileFormat, FileReadings
-from pretravel.files.logs.dmis import checked_radius_taken_off, with_unit_normals
+from pretravel.files.logs.dmis import (
+    checked_radius_taken_off,
+    refuse_other_compensation,
+    with_unit_normals,
+)
 from pretravel.files.row_statements import (
     RowStatement,
     RowStatements,
@@ -163,14 +167,8 @@ def read_pc_dmis(
     routine.close_feature()
     _check(file, routine)
     if routine.uncompensated is not None:
-        if radius_taken_off:
-            raise file.error(
-                "the tip's radius was not subtracted from the points, and a subtracted radius of "
-                f"{radius_taken_off:g} mm is given",
-                routine.uncompensated,
-                inputs=("radius_taken_off",),
-            )
-        radius_taken_off = 0.0
+        radius_taken_off = radius_taken_off or 0.0
+        refuse_other_compensation(file, radius_taken_off, routine.uncompensated, compensated=False)
     radius = checked_radius_taken_off(file, "the text of a routine of PC-DMIS", radius_taken_off)
     scale = file.scale(routine.unit_with(units), "the text of a routine does not give its units")
     return FileReadings(_touches(file, routine, scale, radius), warnings=_warnings(routine, scale))

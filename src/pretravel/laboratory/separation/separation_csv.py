@@ -41,7 +41,11 @@ def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
         A file without these columns; indices that are not whole numbers; angles that contradict
         them.
     """
-    table = read_csv_table(path)
+    return _readings(read_csv_table(path))
+
+
+def _readings(table: CsvTable) -> MultiStepReadings:
+    path = table.path
     table.require("machine_index", "probe_index", "error_um", what="multi-step readings")
     blank = [not cell.strip() for cell in table.columns["error_um"]]
     if any(blank):
@@ -144,7 +148,8 @@ def read_multi_step_test(
                 path=given[0],
                 inputs=("axis",),
             )
-        readings, table = read_multi_step_readings(given[0]), read_csv_table(given[0])
+        table = read_csv_table(given[0])
+        readings = _readings(table)
         return readings, (), (*_not_read(table), *_copies(readings))
     try:
         read = read_series(given, spindle=spindle)
