@@ -69,6 +69,8 @@ class Departure:
     spindle: tuple[float, float] = (0.0, 0.0)
     """Orientation during the touches on the reference, and during those of the part. [°]"""
     spindle_stated: tuple[bool, bool] = (False, False)
+    reversal: bool = False
+    """All targets twice, the second time with the spindle turned by 180°: means of both."""
     part_noise: float | None = None
     """Scatter of the touches of the part, where it is not that of the reference."""
     part_repeats: int = 1

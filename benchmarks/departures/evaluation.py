@@ -8,8 +8,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel import PretravelError, PretravelMap, Qualification, Touches, apply, verify
+from pretravel import (
+    PretravelError,
+    PretravelMap,
+    Qualification,
+    Touches,
+    apply,
+    verify,
+)
 from pretravel import qualify as qualify_probe
+from pretravel.laboratory.reversal import reversed_touches
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.touch_plan import plan_touches
@@ -111,6 +119,9 @@ def scene_of(job: Job) -> Scene:
     reference = reference_run(departure, probe, for_reference)
     found = latched(reference.run, probe, departure, noise)
     found, rows = with_gross_errors(found, reference.run, departure.gross_errors, gross)
+    reference_touches = _touches(
+        found, reference.nominal_normals, reference.run.feeds, stated=departure.feed_stated[0]
+    )
     today = probe if departure.check is None else departure.change(probe, ageing)
     normals = scattered(4 * PART_TOUCHES, for_part, level=departure.ring)
     count = PART_TOUCHES // departure.part_repeats
@@ -119,25 +130,45 @@ def scene_of(job: Job) -> Scene:
     today = turned(today, departure.spindle[1] - departure.spindle[0])
     again = reference_run(departure, probe, later)
     of_reference, of_part = departure.feed_stated
+    if departure.reversal:
+        reference_touches = _means(reference_touches, reference.run, probe, departure, noise)
     at = latched(again.run, probe, departure, later)
     later_touches = _touches(at, again.nominal_normals, again.run.feeds, stated=of_reference)
     run, normals, surface = _repeated(run, normals, surface, departure.part_repeats)
     at = latched(run, _rubbing(today, departure), _on_part(departure), noise)
-    later_touches = _oriented(later_touches, departure, 0)
     part_touches = _touches(at, normals, run.feeds, stated=of_part)
-    reference_touches = _touches(
-        found, reference.nominal_normals, reference.run.feeds, stated=of_reference
-    )
+    if departure.reversal:
+        later_touches = _means(later_touches, again.run, probe, departure, later)
+        part_touches = _means(part_touches, run, today, departure, noise)
     return Scene(
         departure,
         today,
         reference,
         _oriented(reference_touches, departure, 0),
         rows,
-        later_touches,
+        _oriented(later_touches, departure, 0),
         _oriented(part_touches, departure, 1),
         surface,
     )
+
+
+def _means(
+    touches: Touches,
+    run: Run,
+    probe: SimulatedProbe,
+    departure: Departure,
+    generator: np.random.Generator,
+) -> Touches:
+    """Means of these touches and of the same ones with the spindle turned by 180°."""
+    positions = latched(run, turned(probe, 180.0), departure, generator)
+    both = touches.take(np.tile(np.arange(len(touches)), 2))
+    return reversed_touches(
+        replace(
+            both,
+            positions=np.vstack([touches.positions, positions]),
+            spindle=np.repeat([0.0, np.pi], len(touches)),
+        )
+    ).means
 
 
 def _repeated(

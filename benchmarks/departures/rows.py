@@ -70,6 +70,15 @@ ROWS: Mapping[str, Departure] = {
     "prior_15": Departure("map of an aged probe, 15 planned touches", check=15),
     **_CHANGED,
     **{
+        f"usual_{count}": Departure(
+            f"map of an unchanged probe, {count} planned touches, with the usual errors",
+            check=count,
+            change=lambda probe, _: probe,
+            usual_errors=True,
+        )
+        for count in (5, 9)
+    },
+    **{
         f"drifting_{count}": Departure(
             f"map of an unchanged probe, {count} planned touches, sphere drifts 4 µm",
             check=count,
@@ -171,6 +180,15 @@ ROWS: Mapping[str, Departure] = {
         ring=True,
         order="shuffled passes",
     ),
+    **{
+        f"reversal_{count}": Departure(
+            f"means of reversal, ring gauge, {count} directions",
+            directions=patterns.rings((90.0, count, 0.0)),
+            ring=True,
+            reversal=True,
+        )
+        for count in (9, 12, 13, 15)
+    },
     "ring_usual": Departure(
         "ring gauge, 24 directions, passes in random order, with these errors",
         directions=patterns.RING_24,
