@@ -68,12 +68,14 @@ from .quantities import DISTANCE as DISTANCE
 from .quantities import FEED as FEED
 from .quantities import FEED_OR_NONE as FEED_OR_NONE
 from .quantities import FRICTION as FRICTION
+from .quantities import LARGEST_PRETRAVEL as LARGEST_PRETRAVEL
 from .quantities import MEASURED_DELAY as MEASURED_DELAY
 from .quantities import NOISE as NOISE
 from .quantities import NUMBER as NUMBER
 from .quantities import PROBABILITY as PROBABILITY
 from .quantities import REAL as REAL
 from .quantities import REFERENCE_DIAMETER as REFERENCE_DIAMETER
+from .quantities import STEEL_EXPANSION as STEEL_EXPANSION
 from .quantities import STEP as STEP
 from .quantities import TEMPERATURE_DIFFERENCE as TEMPERATURE_DIFFERENCE
 from .quantities import TIP_BALL as TIP_BALL

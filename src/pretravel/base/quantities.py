@@ -110,7 +110,10 @@ U_OF_FRICTION = QuantityRange(0.0, 1.0)
 VARIANCE = QuantityRange(0.0, 1.0, "mm²")
 COUNT = QuantityRange(0.0, 1e9)
 TEMPERATURE_DIFFERENCE = QuantityRange(0.0, 1e3, "K")
-
+LARGEST_PRETRAVEL = 0.15
+"""A pretravel above this is refused: a diameter or a unit is wrong. [mm]"""
+STEEL_EXPANSION = 11.5e-6
+"""Coefficient of thermal expansion of steel. [1/K]"""
 
 _SMALL = 1.0
 """Lengths up to this one are often thought of in micrometres. [mm]"""

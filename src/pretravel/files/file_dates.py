@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, time, timedelta
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pretravel.base import InputError
 from pretravel.files.format_registry import format_of
@@ -14,8 +15,10 @@ from pretravel.files.source_file import SourceFile, opened
 from pretravel.files.table_formats import CSV
 from pretravel.files.text_table import read_text_table
 from pretravel.files.times_of_rows import RowTimes, first_touched, row_times
-from pretravel.maps import PretravelMap
 from pretravel.touches import Touches
+
+if TYPE_CHECKING:
+    from pretravel.maps import PretravelMap
 
 _OTHER_DATE = r"(?!\d{4}[-_.]?\d\d[-_.]?\d\d)"
 _TIME = (

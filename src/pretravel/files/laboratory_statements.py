@@ -7,8 +7,8 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 
+from pretravel.base import STEEL_EXPANSION
 from pretravel.files.report_tables import REPORT_TABLES
-from pretravel.maps import STEEL_EXPANSION
 
 
 def _statement(meaning: str) -> str:

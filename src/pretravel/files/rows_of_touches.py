@@ -176,7 +176,7 @@ def _warm(title: str, cells: Sequence[str]) -> str:
     degrees = [float(cell) for cell in known]
     if _FAHRENHEIT.search(title):
         degrees = [(degree - 32.0) / 1.8 for degree in degrees]
-    from pretravel.maps import STEEL_EXPANSION
+    from pretravel.base import STEEL_EXPANSION
 
     low, high = min(degrees), max(degrees)
     if max(20.0 - low, high - 20.0) <= _NEARLY_20:

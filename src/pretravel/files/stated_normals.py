@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pretravel.base import (
     DEGREE,
     INCH,
+    LARGEST_PRETRAVEL,
     MICROMETRE,
     UNIT_TOLERANCE,
     FloatArray,
@@ -282,7 +283,6 @@ def with_ring_normals(found: FilePositions, *, pin: bool = False) -> FileReading
     """
     made = contacts(found)
     points = made.positions[:, :2]
-    from pretravel.maps import LARGEST_PRETRAVEL
     from pretravel.uncertainty import algebraic_sphere
 
     about = points - points.mean(axis=0)
@@ -340,7 +340,6 @@ def _fitted_center(
     found: FilePositions, reference_diameter: float
 ) -> tuple[FloatArray, float, float]:
     """Centre of the sphere, scatter about it, and how much worse the centre is seen. [mm]"""
-    from pretravel.maps import LARGEST_PRETRAVEL
     from pretravel.uncertainty import fit_sphere
 
     positions = found.positions

@@ -39,7 +39,6 @@ from .machine_terms import last_moves as last_moves
 from .machine_terms import priors_of as priors_of
 from .observation import BEFORE_CONTACT as BEFORE_CONTACT
 from .observation import IMPLAUSIBLE_PRETRAVEL as IMPLAUSIBLE_PRETRAVEL
-from .observation import LARGEST_PRETRAVEL as LARGEST_PRETRAVEL
 from .observation import SMALLEST_PRETRAVEL as SMALLEST_PRETRAVEL
 from .observation import Observation as Observation
 from .observation import Scatter as Scatter
@@ -50,7 +49,6 @@ from .pretravel_map import MapLike as MapLike
 from .pretravel_map import PretravelMap as PretravelMap
 from .pretravel_map import as_map as as_map
 from .provenance import AXIAL_PRETRAVEL as AXIAL_PRETRAVEL
-from .provenance import STEEL_EXPANSION as STEEL_EXPANSION
 from .provenance import USUAL_U_DIAMETER as USUAL_U_DIAMETER
 from .provenance import Origin as Origin
 from .provenance import Provenance as Provenance

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from pretravel.base import (
+    LARGEST_PRETRAVEL,
     MICROMETRE,
     BoolArray,
     FloatArray,
@@ -308,8 +309,6 @@ class TouchedMeans:
 
 IMPLAUSIBLE_PRETRAVEL = 0.1
 """A map that rises above this is warned about: probes deflect by 1 to 80 um. [mm]"""
-LARGEST_PRETRAVEL = 0.15
-"""A pretravel above this is refused: a diameter or a unit is wrong. [mm]"""
 LONGEST_DELAY = 0.03
 """Signal delay whose travel is accepted on top, where the feed is stated. [s]"""
 SMALLEST_PRETRAVEL = -0.02

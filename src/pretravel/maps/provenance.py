@@ -13,8 +13,10 @@ import numpy.typing as npt
 
 from pretravel.base import (
     DEVIATION_OF_FORM,
+    LARGEST_PRETRAVEL,
     MICROMETRE,
     REFERENCE_DIAMETER,
+    STEEL_EXPANSION,
     TEMPERATURE_DIFFERENCE,
     TIP_BALL,
     U_OF_DIAMETER,
@@ -24,7 +26,6 @@ from pretravel.base import (
     check_numbers,
     checked,
 )
-from pretravel.maps.observation import LARGEST_PRETRAVEL
 from pretravel.uncertainty import Covariance
 
 AXIAL_PRETRAVEL = 1.0 * MICROMETRE
@@ -40,8 +41,6 @@ USUAL_U_TEMPERATURE = 0.2
 """Standard uncertainty of a reference's temperature near 20 °C, in a usual workshop. [K]"""
 USUAL_SPHERE_FORM = 0.13 * MICROMETRE
 """Deviation from spherical form of a grade 5 ball (ISO 3290-1). [mm]"""
-STEEL_EXPANSION = 11.5e-6
-"""Coefficient of thermal expansion of steel. [1/K]"""
 
 
 _AXIAL = QuantityRange(-LARGEST_PRETRAVEL, LARGEST_PRETRAVEL, "mm")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import FEW_PLACES, MICROMETRE, FloatArray, IntArray
-from pretravel.qualification import outlier_factor
+from pretravel.uncertainty import outlier_factor
 
 FEWEST_TO_COMPARE = 5
 """Of fewer points none is far from the others: which one is wrong is unknown."""

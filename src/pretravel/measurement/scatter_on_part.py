@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from pretravel.base import MICROMETRE, BoolArray, FloatArray, IntArray, connected, near_pairs
-from pretravel.qualification import outlier_factor
+from pretravel.uncertainty import outlier_factor
 
 _SAME_PLACE = 0.010
 """Distance along the surface within which a machine repeats a touch. [mm]"""

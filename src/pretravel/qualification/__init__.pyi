@@ -13,7 +13,6 @@ from .drifts import DriftOverTime as DriftOverTime
 from .drifts import QuantityCourse as QuantityCourse
 from .drifts import drift_over_time as drift_over_time
 from .outliers import FEWEST_LEFT as FEWEST_LEFT
-from .outliers import outlier_factor as outlier_factor
 from .own_touches import own_touches_warnings as own_touches_warnings
 from .own_touches import refuse_own_touches as refuse_own_touches
 from .own_touches import touch_digests as touch_digests

@@ -9,9 +9,16 @@ import math
 
 import numpy as np
 
-from pretravel.base import DEGREE, INCH, MICROMETRE, FloatArray, PretravelError, describe
-from pretravel.maps import (
+from pretravel.base import (
+    DEGREE,
+    INCH,
     LARGEST_PRETRAVEL,
+    MICROMETRE,
+    FloatArray,
+    PretravelError,
+    describe,
+)
+from pretravel.maps import (
     SMALLEST_PRETRAVEL,
     SOUTH_LIMIT,
     Observation,
@@ -55,15 +62,16 @@ def refuse_too_little(touches: Touches, directions: int, setup: QualificationSet
 
 
 _SHOWN = 0.1
-"""Share of six lobes beyond those of order two and four: 1 of nine azimuths, 0.2 of the 25
-directions of ISO 10360-5, 0 of eight azimuths."""
+"""Share of six lobes, in the phase that shows them least, beyond those of order two and four: 1 of
+nine azimuths, 0 of eight, and of twelve, where one phase is zero at all of them."""
 
 
 def refuse_hidden_lobes(observation: Observation) -> None:
     """Refuse means at two orientations of the spindle in directions that hide their largest lobes.
 
     Three rods make lobes of order three, six, nine; of these the means have six. Eight azimuths at
-    equal steps show six lobes as two, and a map between them would be wrong by their size.
+    equal steps show six lobes as two, and twelve show one phase of them not at all: a map between
+    them would be wrong by their size.
     """
     if not observation.of_means:
         return
@@ -74,11 +82,11 @@ def refuse_hidden_lobes(observation: Observation) -> None:
     columns = np.hstack([np.ones((len(n), 1)), n, height, waves.real, waves.imag])
     six = np.stack([(across**6).real, (across**6).imag], axis=1)
     left = six - columns @ np.linalg.lstsq(columns, six, rcond=1e-9)[0]
-    if np.sum(left**2) < _SHOWN * np.sum(six**2):
+    if np.linalg.eigvalsh(left.T @ left)[0] < 0.5 * _SHOWN * np.sum(six**2):
         raise PretravelError(
             "means at two orientations of the spindle in these directions show six lobes, which "
-            "three rods make, as fewer lobes: between the directions the map would be wrong by "
-            "their size. Touch 9 azimuths, or 11 and more, at equal steps",
+            "three rods make, as fewer lobes or in one phase only: between the directions the map "
+            "would be wrong by their size. Touch 9, 11, or 13 and more azimuths at equal steps",
             inputs=("touches",),
         )
 

@@ -14,12 +14,11 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray, PretravelError, describe
 from pretravel.qualification.within_directions import centred_within, dof_of_tails
+from pretravel.uncertainty import outlier_factor
 
 if TYPE_CHECKING:
     from pretravel.maps import HarmonicMapFit, KindOfMap, MapFit, Observation
 
-OUTLIER_LEVEL = 0.01
-"""Probability that any touch is named although all are good (Bonferroni)."""
 FEWEST_LEFT = 0.8
 """Share of the touches that must remain; else it is not single touches that are wrong."""
 FEWEST_OTHER_DIRECTIONS = 8
@@ -66,27 +65,6 @@ class Outlier:
         if self.left_out:
             return "Left out: touch there again"
         return "Kept, because too many touches look wrong: is it the right reference?"
-
-
-def outlier_factor(count: int, dof: float = math.inf) -> float:
-    """Limit of errors, in standard deviations.
-
-    Parameters
-    ----------
-    count : int
-        Of the errors that are tested together.
-    dof : float
-        Degrees of freedom of Student's distribution, that of the errors.
-
-    >>> round(outlier_factor(75), 2)
-    4.58
-    """
-    from scipy.special import ndtri, stdtrit
-
-    level = OUTLIER_LEVEL / (2.0 * count)
-    limit = -ndtri(level) if math.isinf(dof) else -stdtrit(dof, level)
-    # 1.2 because the scales are themselves estimated from the data.
-    return 1.2 * float(limit)
 
 
 def repeat_outliers(

@@ -10,6 +10,7 @@ import numpy as np
 
 from pretravel.base import (
     MICROMETRE,
+    STEEL_EXPANSION,
     BoolArray,
     FloatArray,
     IntArray,
@@ -18,7 +19,6 @@ from pretravel.base import (
     describe,
 )
 from pretravel.maps import (
-    STEEL_EXPANSION,
     USUAL_U_DIAMETER,
     HarmonicMapFit,
     KindOfMap,

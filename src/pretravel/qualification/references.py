@@ -13,13 +13,11 @@ from pretravel.base import (
     DEGREE,
     MICROMETRE,
     REFERENCE_DIAMETER,
+    STEEL_EXPANSION,
     U_OF_DIAMETER,
     IntArray,
     PretravelError,
     checked,
-)
-from pretravel.maps import (
-    STEEL_EXPANSION,
 )
 from pretravel.touches import Touches
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pretravel.base import PretravelError
-from pretravel.task.fields import is_map
+from pretravel.task.model_fields import is_map
 
 if TYPE_CHECKING:
     from pretravel.maps import PretravelMap

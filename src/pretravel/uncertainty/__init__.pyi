@@ -18,6 +18,7 @@ from .gum import EXPANDED_COVERAGE as EXPANDED_COVERAGE
 from .gum import Budget as Budget
 from .gum import Component as Component
 from .gum import coverage_factor as coverage_factor
+from .gum import outlier_factor as outlier_factor
 from .plane_fit import fit_plane as fit_plane
 from .sphere_fit import SphereFit as SphereFit
 from .sphere_fit import algebraic_sphere as algebraic_sphere

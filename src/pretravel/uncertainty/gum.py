@@ -1,4 +1,4 @@
-"""Uncertainty according to the GUM: budgets as data, and coverage factors."""
+"""Uncertainty according to the GUM: budgets as data, coverage factors, limits of gross errors."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ COVERAGE_FACTOR = 2.0
 EXPANDED_COVERAGE = math.erf(COVERAGE_FACTOR / math.sqrt(2.0))
 """Coverage probability of an expanded uncertainty: 95.45 %, that of k = 2 where errors are normally
 distributed. Fewer degrees of freedom need a larger k (GUM, Table G.2)."""
+
+OUTLIER_LEVEL = 0.01
+"""Probability that any touch is named although all are good (Bonferroni)."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +134,27 @@ class Budget:
             }
             for c in ordered
         ]
+
+
+def outlier_factor(count: int, dof: float = math.inf) -> float:
+    """Limit of errors, in standard deviations.
+
+    Parameters
+    ----------
+    count : int
+        Of the errors that are tested together.
+    dof : float
+        Degrees of freedom of Student's distribution, that of the errors.
+
+    >>> round(outlier_factor(75), 2)
+    4.58
+    """
+    from scipy.special import ndtri, stdtrit
+
+    level = OUTLIER_LEVEL / (2.0 * count)
+    limit = -ndtri(level) if math.isinf(dof) else -stdtrit(dof, level)
+    # 1.2 because the scales are themselves estimated from the data.
+    return 1.2 * float(limit)
 
 
 def coverage_factor(

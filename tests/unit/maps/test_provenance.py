@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import STEEL_EXPANSION
 from pretravel.maps.provenance import (
     AXIAL_PRETRAVEL,
-    STEEL_EXPANSION,
     U_AXIAL_PRETRAVEL,
     USUAL_SPHERE_FORM,
     USUAL_U_DIAMETER,

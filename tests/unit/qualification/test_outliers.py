@@ -23,12 +23,12 @@ from pretravel.qualification.outliers import (
     _most_suspect,
     direction_outliers,
     median_of_groups,
-    outlier_factor,
     repeat_outliers,
 )
 from pretravel.qualification.within_directions import centred_within, dof_of_tails, tail_kurtosis
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty.gum import outlier_factor
 
 # Touches far from those of their direction: limits by hand from both sides.
 

@@ -31,9 +31,10 @@ from pretravel.drawing.features.form_families import families_of_faces
 from pretravel.drawing.features.form_of_part import Family
 from pretravel.maps import PretravelMap
 from pretravel.measurement import Association, apply
-from pretravel.qualification import FEWEST_LEFT, outlier_factor
+from pretravel.qualification import FEWEST_LEFT
 from pretravel.surface import ContactSearch, Feet, Part, feet_on_faces, lattice
 from pretravel.touches import travel_of_delay
+from pretravel.uncertainty import outlier_factor
 
 _DETERMINED = 1e-3
 """Mean change of the distances per movement of the touched points, from which a motion counts as

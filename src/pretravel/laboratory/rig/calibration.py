@@ -10,12 +10,20 @@ from functools import cache
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, PROBABILITY, FloatArray, PretravelError, checked, frozen
+from pretravel.base import (
+    LARGEST_PRETRAVEL,
+    MICROMETRE,
+    PROBABILITY,
+    FloatArray,
+    PretravelError,
+    checked,
+    frozen,
+)
 from pretravel.laboratory.rig.lobes import scatter_about_lobes
 from pretravel.laboratory.rig.outliers import TraceOutlier, outlier_messages, outlying_rows
 from pretravel.laboratory.rig.passes import PassDifferences, pass_differences, scatters_more
 from pretravel.laboratory.rig.trace import RigTouch
-from pretravel.maps import BEFORE_CONTACT, LARGEST_PRETRAVEL
+from pretravel.maps import BEFORE_CONTACT
 from pretravel.touches import kept_by_repeats, refuse_coarse
 from pretravel.uncertainty import COVERAGE, COVERAGE_FACTOR, coverage_factor
 
