@@ -449,7 +449,7 @@ def _refuse_inches(text: TextTable, reference_diameter: float, tip_radius: float
 
 _NO_UNIT = (
     "the table does not give its unit of length (as x_mm or X [in] does), and only qualify can "
-    "recognise it, from the diameters (pretravel convert lists all that is missing)"
+    "check it, by the diameters (pretravel convert lists all that is missing)"
 )
 
 

@@ -192,10 +192,10 @@ def _first_rows(
     rows: IntArray | None = None,
 ) -> Table:
     """The first positions, of these rows of the file."""
-    labels = found.labels if isinstance(found, FilePositions) else found.touches.labels
+    of = found if isinstance(found, FilePositions) else found.touches
     shown = (np.arange(len(positions)) if rows is None else rows)[:_ROWS].tolist()
-    names = [str(i + 1) if labels is None else labels[i] for i in shown]
-    columns = [Column("touch", tuple(names))]
+    named, names = ("line", of.lines) if of.labels is None else ("touch", of.labels)
+    columns = [Column(named, tuple(str(i + 1 if names is None else names[i]) for i in shown))]
     for i, axis in enumerate("xyz"):
         columns.append(Column.of(axis, positions[:_ROWS, i], unit, decimals(4)))
     if isinstance(found, FileReadings):

@@ -86,7 +86,7 @@ def test_features_that_the_labels_name(tmp_path: Path) -> None:
         "measure", compensated, "--feature", "by-label", "--tolerance", "20..20.02",
         "--u-machine", 1, "-o", out, code=3,
     )  # fmt: skip
-    assert "not measured, because the labels name no feature: top" in said
+    assert "not measured, because these labels begin with no kind of feature: top" in said
     found = [(row["feature"], row["quantity"], row["verdict"]) for row in rows(out)]
     assert ("bore1", "diameter", "conforms") in found
     assert ("Bore2", "diameter", "does not conform") in found

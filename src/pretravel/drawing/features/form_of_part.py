@@ -232,9 +232,9 @@ class FormOfPart:
         words += [text for text in self.hidden if not text.endswith(" lobes")]
         return (
             f"{touches} touches at {where} cannot reveal every form deviation: "
-            f"{' or '.join(words)} can leave no residuals there. It would appear as an error of "
-            f"{of_what} or position, and U does not contain it. If the part may have such a form, "
-            "touch more places at unequal steps"
+            f"{' or '.join(words)} may leave no residuals there. Such a form would appear "
+            f"as an error of {of_what} or position, and U does not contain it. If the part may "
+            "have such a form, touch more places at unequal steps"
         )
 
     def sentences(self, touches: int) -> tuple[str, ...]:

@@ -126,12 +126,12 @@ class Compensate(
     feature: Annotated[
         Literal["bore", "boss", "sphere", "surface"] | None,
         Field(
-            help="bore, boss, sphere: take the normals from the fitted feature, even if the file "
-            "has normals. surface: take them from neighbouring touches, only if the file has none. "
+            help="Take the normals from this feature, fitted to the touches, even if the file has "
+            "normals (surface: from neighbouring touches, only if it has none). "
             "Touches without normals in a bore, on a boss or a sphere need this. Labels that "
             "differ in the last "
-            "number only (bore1-1, bore1-2, …) are one feature. surface: a digitised surface; "
-            "the normals are on the side of +z.",
+            "number only (bore1-1, bore1-2, …) are one feature. surface is a digitised surface; "
+            "its normals are on the side of +z.",
             label="Feature that gives the normals",
             words={"": "the touches give normals"},
             without=("nominal", SEVERAL_TIPS),

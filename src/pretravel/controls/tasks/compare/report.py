@@ -72,7 +72,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
         "u of the map",
         result.u_map / MICROMETRE,
         "µm",
-        remark="rms; not contained in the differences from the map below",
+        remark="rms; not contained in the errors in the table below",
     )
     return Document(
         title=title,

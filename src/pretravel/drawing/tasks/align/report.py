@@ -251,11 +251,12 @@ def _warnings(alignment: Alignment) -> list[str]:
             f"right start?{_wrong_tip(alignment)}"
         )
     elif alignment.errors.excess > 0.0:
+        left = alignment.errors.excess / MICROMETRE
         found.append(
             "the residuals are larger than u of the touches explains: after u is subtracted in "
-            f"quadrature, {alignment.errors.excess / MICROMETRE:.2g} µm remain. Faces may be "
+            f"quadrature, {left:.2g} µm remain. Faces may be "
             "displaced, wavy or of another size, or touches may scatter more than on the "
-            "reference. u of the placement contains this difference"
+            f"reference. u of the placement contains these {left:.2g} µm"
         )
     found += filter(None, [alignment.pretravel_left.sentence()])
     if not alignment.errors.map_is_stated:

@@ -51,7 +51,9 @@ def with_names_of_features(chosen: Mapping[str, Points]) -> tuple[dict[str, Poin
             inputs=("feature", "select"),
         )
     others = [label for label in chosen if label not in named]
-    said = [f"not measured, because the labels name no feature: {', '.join(others)}"]
+    said = [
+        f"not measured, because these labels begin with no kind of feature: {', '.join(others)}"
+    ]
     return named, said if others else []
 
 

@@ -177,7 +177,7 @@ def features_summary(
     columns = [c for c in table.columns if c.name not in ("u", BOUNDS[0])]
     if any(verdict for *_, verdict in shown):
         columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
-    left = f"{more} more quantities, positions" if more > 0 else "positions"
+    left = f"{more} more quantities, coordinates" if more > 0 else "coordinates"
     note = f"not shown: {left}, guard bands, budgets and notes (see {more_in})"
     lines = [each for each in document.tables if each.title == TITLE_OF_LINES]
     rest = (replace(table, columns=tuple(columns)), *((angles,) if angles else ()))

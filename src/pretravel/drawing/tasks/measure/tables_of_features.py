@@ -167,9 +167,9 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
         "as position or coaxiality, have 95 % bounds, 'at least' and 'at most'; U is the "
         "difference between the value and the farther bound. "
         "The measured range, from the lowest to the highest point, contains the errors of the "
-        "points. If these errors alone can explain the form or deviation, only 'at most' "
-        "is given. This bound can be larger than the measured range, because the errors may hide a "
-        "part of the form.",
+        "points. If these errors alone can explain the form or deviation, 'at least' and "
+        "U are not given. The bound 'at most' can be larger than the measured range, because the "
+        "errors may hide a part of the form.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 
@@ -275,7 +275,7 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
         ),
         title="Decisions",
         explanation="Inside the tolerance by at least the guard band: "
-        f"{_outcome(ConformityVerdict.CONFORMS, decided)}. Outside it by more than the rejection "
+        f"{_outcome(ConformityVerdict.CONFORMS, decided)}. Outside it by at least the rejection "
         f"band: {_outcome(ConformityVerdict.DOES_NOT_CONFORM, decided)}. Otherwise: "
         f"{_outcome(ConformityVerdict.UNDECIDED, decided)}. {explained}{corrected}P: probability "
         "that the true value is inside the tolerance.",
