@@ -49,7 +49,7 @@ def _settings(task: Task) -> Iterator[StatedSetting]:
             setting.option_or_argument,
             _text(setting, getattr(task, setting.name)),
             given=task.stated(setting.name),
-            meaning=setting.help.partition(". ")[0].partition("; ")[0].rstrip("."),
+            meaning=setting.help.partition(". ")[0].rstrip("."),
         )
 
 

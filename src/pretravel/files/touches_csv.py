@@ -176,7 +176,7 @@ def touches_of_columns(
     if "pretravel_um" in table.unread:
         raise file.error(
             "the table has the column pretravel_um: these are surface points that were "
-            "compensated, not touches",
+            "compensated, not touches. To measure them, keep the column u_um",
             table.header_line or None,
         )
     positions, nominal = table.numbers(*_POSITION), _optional_vectors(table, _NOMINAL)
