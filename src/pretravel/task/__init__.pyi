@@ -3,12 +3,14 @@
 from .budget_report import budget_section as budget_section
 from .budget_report import budget_table as budget_table
 from .example_data import example_folder as example_folder
+from .fields import UPRIGHT as UPRIGHT
 from .fields import Diameter as Diameter
 from .fields import FeedOfTouches as FeedOfTouches
 from .fields import FileFormatName as FileFormatName
 from .fields import LaboratoryReport as LaboratoryReport
 from .fields import OfOneTip as OfOneTip
 from .fields import PlacedPart as PlacedPart
+from .fields import ProbeAxis as ProbeAxis
 from .fields import QualifiedMap as QualifiedMap
 from .fields import Reported as Reported
 from .fields import Ring as Ring
@@ -37,10 +39,8 @@ from .look import format_of_touches as format_of_touches
 from .look import look_at_touches as look_at_touches
 from .map_argument import map_or_prediction as map_or_prediction
 from .model_fields import MODEL as MODEL
-from .model_fields import UPRIGHT as UPRIGHT
 from .model_fields import Approach as Approach
 from .model_fields import ModelOfMap as ModelOfMap
-from .model_fields import ProbeAxis as ProbeAxis
 from .model_fields import QuantityWord as QuantityWord
 from .model_fields import ShownQuantity as ShownQuantity
 from .model_fields import SphereCenter as SphereCenter

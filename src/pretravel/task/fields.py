@@ -88,6 +88,15 @@ QualifiedMap: TypeAlias = Annotated[
     Path,
     Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
 ]
+ProbeAxis: TypeAlias = Annotated[
+    UnitVector,
+    Field(
+        help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
+        label="Axis of the probe, tip to spindle",
+        metavar="X,Y,Z",
+    ),
+]
+UPRIGHT = UnitVector(0, 0, 1)
 Units: TypeAlias = Literal["mm", "inch"]
 StatedUnits: TypeAlias = Annotated[
     Units | None,

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pretravel.base import REFERENCE_DIAMETER
 from pretravel.task.task import Field, When
-from pretravel.task.values import UnitVector, Vector
+from pretravel.task.values import Vector
 
 
 def models() -> Iterable[str]:
@@ -96,15 +96,6 @@ ModelOfMap: TypeAlias = Annotated[
     ),
 ]
 """Where a probe takes the place of a map."""
-ProbeAxis: TypeAlias = Annotated[
-    UnitVector,
-    Field(
-        help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
-        label="Axis of the probe, tip to spindle",
-        metavar="X,Y,Z",
-    ),
-]
-UPRIGHT = UnitVector(0, 0, 1)
 Approach: TypeAlias = Annotated[
     Literal["normal", "file"] | None,
     Field(
