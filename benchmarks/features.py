@@ -1,6 +1,6 @@
 """Form, size and distances of features of a part: is what `measure` states so?
 
-python benchmarks/features.py --sets 150 --kind auto
+python benchmarks/features.py --sets 200 --kind auto
 
 Probes, machine and noise are those of `benchmarks/departures`, with physics of their own: a random
 six-seat probe is qualified by 25 directions three times, with 0.3 µm of noise, on a sphere whose
