@@ -472,7 +472,8 @@ class CompensatedTouches(Result):
             warnings=[*self.readings.notes(), *self.warnings],
             budgets=[self.errors.budget()],
         )
-        return replace(document, notes=tuple(notes))
+        left_out = (f"left out as requested: {name}" for name in task.exclude)
+        return replace(document, notes=(*left_out, *notes))
 
     def write(self, output: str, path: Path) -> None:
         """Write the points, with the names of the files that they come from."""
@@ -545,7 +546,8 @@ class LongCompensation(Result):
             warnings=[*self.warnings, *stated],
             budgets=[self.found.budget()],
         )
-        return replace(document, notes=tuple(notes))
+        left_out = (f"left out as requested: {name}" for name in task.exclude)
+        return replace(document, notes=(*left_out, *notes))
 
     def write(self, output: str, path: Path) -> None:
         """Nothing: the points were written part by part."""
