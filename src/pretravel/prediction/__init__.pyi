@@ -24,7 +24,6 @@ from .description import StylusSegment as StylusSegment
 from .loading import Loading as Loading
 from .loading import loaded as loaded
 from .materials import Material as Material
-from .materials import default_workpiece as default_workpiece
 from .materials import known_materials as known_materials
 from .materials import material as material
 from .response import probe_response as probe_response

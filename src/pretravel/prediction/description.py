@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.base import DEGREE, DescriptionError, FloatArray, probe_rotation
-from pretravel.prediction.materials import Material, material
+from pretravel.prediction.materials import Material, default_workpiece, material
 from pretravel.six_seats import CRITERIA, PIEZO_STAGE
 
 CONTACTS = ("hertz", "rigid")
@@ -426,16 +426,25 @@ class Probe:
                 f"'{self.criterion}' has none: make it 'arm_lift', or leave opening_um out"
             )
 
-    def part_material(self, name: str) -> Material:
+    def part_material(self, name: Material | str | None = None) -> Material:
         """The material of a part by its name: of the description, or of the package.
+
+        Parameters
+        ----------
+        name : Material or its name, optional
+            Steel when not given; a material is returned as it is.
 
         Raises
         ------
         DescriptionError
             No such material.
         """
+        if isinstance(name, Material):
+            return name
         try:
-            return material(name, {own.name: own for own in self.materials})
+            return material(
+                name or default_workpiece().name, {own.name: own for own in self.materials}
+            )
         except DescriptionError as error:
             raise DescriptionError(str(error), inputs=("workpiece",)) from None
 

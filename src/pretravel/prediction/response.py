@@ -12,7 +12,7 @@ from pretravel.maps import PretravelMap
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
 from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
-from pretravel.prediction.materials import Material, default_workpiece
+from pretravel.prediction.materials import Material
 from pretravel.prediction.seats import seat_coefficient, statics_in_machine
 from pretravel.prediction.trigger import Trigger, predict, predicted_map
 from pretravel.six_seats import ProbeResponse, ResponseBasis
@@ -100,7 +100,7 @@ def probe_response(
         )
     chosen = compliance_model(model)
     statics = statics_in_machine(probe, gravity)
-    part = workpiece or default_workpiece()
+    part = probe.part_material(workpiece)
     change = statics.unit_reactions(np.eye(3))
     # So small a force that no seat opens; everything below is divided by it again.
     small = 0.1 * float(np.min(statics.rest_reactions) / np.abs(change).max())

@@ -10,7 +10,7 @@ from typing import Any
 
 from pretravel.base import TomlDocument, TomlStructure
 from pretravel.design.studies.definition import Level, Study
-from pretravel.prediction import Material, Probe, described_probe, material
+from pretravel.prediction import Material, Probe, described_probe
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,6 @@ class Prediction:
 
     model: str = "analytic"
     workpiece: str = "steel"
-
-    @property
-    def material(self) -> Material:
-        """Of the part."""
-        return material(self.workpiece)
 
 
 @dataclass(frozen=True)
@@ -103,6 +98,11 @@ class Case:
     touch: TouchConditions
     calibration: Calibration
     folder: Path
+
+    @property
+    def part(self) -> Material:
+        """Material of the part, from the description or the package."""
+        return self.probe.part_material(self.prediction.workpiece)
 
 
 @cache
