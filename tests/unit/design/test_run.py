@@ -265,7 +265,16 @@ def test_every_setting_is_part_of_the_digest() -> None:
         ),
         study_in(parse_toml(TEXT.format(count=3).replace("0:345:15", "0:330:30"))),
         study_in(parse_toml(TEXT.format(count=3).replace("[study]", '[study]\noutputs=["force"]'))),
-        study_in(parse_toml(TEXT.format(count=3).replace("[study]", "[study]\nseed=2"))),
+        *(
+            study_in(
+                parse_toml(
+                    TEXT.replace("levels = {count}\n", "").replace(
+                        '"full-factorial"', f'"latin-hypercube"\nseed = {seed}'
+                    )
+                )
+            )
+            for seed in (1, 2)
+        ),
         study_in(
             parse_toml(TEXT.format(count=3).replace("[study]", '[study]\nprobe="omp40-2-100mm"'))
         ),
