@@ -31,6 +31,7 @@ from .response import response_map as response_map
 from .seats import SeatStatics as SeatStatics
 from .seats import lifted_tip_motion as lifted_tip_motion
 from .seats import seat_coefficient as seat_coefficient
+from .seats import seat_doubts as seat_doubts
 from .seats import seat_frame as seat_frame
 from .seats import seat_statics as seat_statics
 from .slender import slender_doubts as slender_doubts

@@ -90,7 +90,7 @@ def probe_response(
             f"{probe.name} has friction {probe.seats.friction:g} at its seats; touches on "
             "surfaces and maps without a table follow from statics, which does not contain it. "
             "Set friction of [seats] to 0, or use a table of directions (.csv)",
-            inputs=("friction",),
+            inputs=("probe",),
         )
     if probe.opening:
         raise PretravelError(
