@@ -149,3 +149,14 @@ def test_contacts_are_the_highest_of_all_directions() -> None:
 def test_outputs_that_lack_something_say_what() -> None:
     assert "needs [touch] with surface and targets" in outcome_of(study("touch"), {}).reason
     assert outcome_of(study("stress"), {}).reason == "the output stress needs the model fem"
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("noise_um = -0.3", "the noise of [calibration]"),
+        ("seed = -1", "seed of [calibration] is -1"),
+    ],
+)
+def test_a_calibration_that_cannot_be_says_why(more: str, said: str) -> None:
+    assert said in outcome_of(study("calibration", f"[calibration]\n{more}\n"), {}).reason

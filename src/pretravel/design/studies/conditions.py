@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pretravel.base import TomlDocument, TomlStructure
+from pretravel.base import NOISE, PretravelError, TomlDocument, TomlStructure, checked
 from pretravel.design.studies.definition import Level, Study
 from pretravel.prediction import Material, Probe, described_probe
 
@@ -77,6 +77,11 @@ class Calibration:
     noise: float = 0.3e-3
     diameter: float = 25.0
     seed: int = 1
+
+    def __post_init__(self) -> None:
+        checked(self.noise, "the noise of [calibration]", NOISE)
+        if self.seed < 0:
+            raise PretravelError(f"seed of [calibration] is {self.seed}; it must be 0 or more")
 
 
 @dataclass(frozen=True)

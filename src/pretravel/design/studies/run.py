@@ -82,10 +82,14 @@ def _files_of(study: Study) -> Iterator[Path]:
     geometry = study.base.get("geometry")
     if isinstance(geometry, dict) and isinstance(geometry.get("step"), str):
         yield from _existing(study.folder / geometry["step"])
-    touch = [study.touch.get("targets"), str(study.touch.get("surface", "")).partition("#")[0]]
+    touch = [study.touch.get("targets"), study.touch.get("surface")]
+    touch += [value for f in study.factors if f.key in _OF_FILES for value in f.single_values]
     for name in touch:
         if name:
-            yield from _existing(study.touch_folder / str(name))
+            yield from _existing(study.touch_folder / str(name).partition("#")[0])
+
+
+_OF_FILES = ("touch.surface", "touch.targets")
 
 
 def _existing(path: Path) -> Iterator[Path]:
