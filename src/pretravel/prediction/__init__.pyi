@@ -24,7 +24,6 @@ from .description import StylusSegment as StylusSegment
 from .loading import Loading as Loading
 from .loading import loaded as loaded
 from .materials import Material as Material
-from .materials import default_workpiece as default_workpiece
 from .materials import known_materials as known_materials
 from .materials import material as material
 from .response import probe_response as probe_response
@@ -32,6 +31,7 @@ from .response import response_map as response_map
 from .seats import SeatStatics as SeatStatics
 from .seats import lifted_tip_motion as lifted_tip_motion
 from .seats import seat_coefficient as seat_coefficient
+from .seats import seat_doubts as seat_doubts
 from .seats import seat_frame as seat_frame
 from .seats import seat_statics as seat_statics
 from .slender import slender_doubts as slender_doubts

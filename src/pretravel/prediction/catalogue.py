@@ -337,7 +337,9 @@ def rewritten(text: str, changes: Mapping[str, tuple[float, str]]) -> str:
         table_name, key = place.split(".")
         entry: Any = document.setdefault(table_name, tomlkit.table())
         if table_name == "stylus":
-            entry = max(entry, key=lambda segment: float(segment["length_mm"]))
+            lengths = [float(segment["length_mm"]) for segment in entry]
+            longest = lengths.index(max(lengths))
+            entry, table_name = entry[longest], f"stylus.{longest + 1}"
         name, _, index = key.partition("[")
         if index:
             entry[name][int(index.rstrip("]"))] = value

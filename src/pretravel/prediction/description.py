@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.base import DEGREE, DescriptionError, FloatArray, probe_rotation
-from pretravel.prediction.materials import Material, material
+from pretravel.prediction.materials import Material, default_workpiece, material
 from pretravel.six_seats import CRITERIA, PIEZO_STAGE
 
 CONTACTS = ("hertz", "rigid")
@@ -29,6 +29,10 @@ HEAVIEST = 2.0
 """Largest moving mass of a probe. [kg]"""
 WIDEST = 1.0
 """Largest opening of a contact. [mm]"""
+LARGEST_U_RADIUS = 0.05
+"""Largest standard uncertainty of a tip's radius. [mm]"""
+_LIGHTEST = 0.01
+"""Moving mass in that of stylus and tip, a part of it, below which it is of another unit."""
 
 
 def _positive(value: float, what: str, unit: str = "mm", largest: float = LONGEST) -> None:
@@ -237,10 +241,10 @@ class Tip:
 
     def __post_init__(self) -> None:
         _positive(self.radius, "the tip radius")
-        if not (math.isfinite(self.u_radius) and self.u_radius >= 0.0):
+        if not 0.0 <= self.u_radius <= LARGEST_U_RADIUS:
             raise DescriptionError(
-                f"the tip radius's uncertainty is {self.u_radius:g} mm; it must be finite and not "
-                "negative"
+                f"the tip radius's uncertainty is {1e3 * self.u_radius:g} µm; it must lie between "
+                f"0 and {1e3 * LARGEST_U_RADIUS:g} µm"
             )
         if not 0.0 <= self.friction <= LARGEST_TIP_FRICTION:
             raise DescriptionError(
@@ -405,7 +409,26 @@ class Probe:
             raise DescriptionError(
                 f"the spring's offset {self.spring_offset} is not two lengths below {LONGEST:g} mm"
             )
+        self._check_moving()
         self._check_seating()
+
+    def _check_moving(self) -> None:
+        lowest = -self.lever - self.tip.radius
+        if self.moving.mass > 0.0 and self.moving.height < lowest:
+            raise DescriptionError(
+                f"the centre of the moving mass lies {-self.moving.height:g} mm below the plane of "
+                f"the rods, and the tip ends at {-lowest:g} mm: correct height_mm of [moving]"
+            )
+        known = sum(
+            0.25 * math.pi * part.diameter**2 * part.length * part.material.density
+            for part in self.stylus
+        )
+        known += 4.0 / 3.0 * math.pi * self.tip.radius**3 * self.tip.material.density
+        if 0.0 < self.moving.mass < _LIGHTEST * known:
+            raise DescriptionError(
+                f"the moving mass is {1e3 * self.moving.mass:g} g, and stylus and tip alone, which "
+                f"are a part of it, are {1e3 * known:.2g} g: was it meant in kg? mass_g is in g"
+            )
 
     def _check_transducer(self) -> None:
         if self.criterion == PIEZO_STAGE and not self.threshold > 0.0:
@@ -426,16 +449,25 @@ class Probe:
                 f"'{self.criterion}' has none: make it 'arm_lift', or leave opening_um out"
             )
 
-    def part_material(self, name: str) -> Material:
+    def part_material(self, name: Material | str | None = None) -> Material:
         """The material of a part by its name: of the description, or of the package.
+
+        Parameters
+        ----------
+        name : Material or its name, optional
+            Steel when not given; a material is returned as it is.
 
         Raises
         ------
         DescriptionError
             No such material.
         """
+        if isinstance(name, Material):
+            return name
         try:
-            return material(name, {own.name: own for own in self.materials})
+            return material(
+                name or default_workpiece().name, {own.name: own for own in self.materials}
+            )
         except DescriptionError as error:
             raise DescriptionError(str(error), inputs=("workpiece",)) from None
 

@@ -12,7 +12,7 @@ from pretravel.maps import PretravelMap
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
 from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
-from pretravel.prediction.materials import Material, default_workpiece
+from pretravel.prediction.materials import Material
 from pretravel.prediction.seats import seat_coefficient, statics_in_machine
 from pretravel.prediction.trigger import Trigger, predict, predicted_map
 from pretravel.six_seats import ProbeResponse, ResponseBasis
@@ -90,7 +90,7 @@ def probe_response(
             f"{probe.name} has friction {probe.seats.friction:g} at its seats; touches on "
             "surfaces and maps without a table follow from statics, which does not contain it. "
             "Set friction of [seats] to 0, or use a table of directions (.csv)",
-            inputs=("friction",),
+            inputs=("probe",),
         )
     if probe.opening:
         raise PretravelError(
@@ -100,7 +100,7 @@ def probe_response(
         )
     chosen = compliance_model(model)
     statics = statics_in_machine(probe, gravity)
-    part = workpiece or default_workpiece()
+    part = probe.part_material(workpiece)
     change = statics.unit_reactions(np.eye(3))
     # So small a force that no seat opens; everything below is divided by it again.
     small = 0.1 * float(np.min(statics.rest_reactions) / np.abs(change).max())

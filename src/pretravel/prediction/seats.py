@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -166,6 +167,34 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
         wrenches=frozen(wrenches),
         rest_reactions=frozen(rest),
         tip=frozen([0.0, 0.0, -probe.lever]),
+    )
+
+
+def seat_doubts(probe: Probe) -> tuple[str, ...]:
+    """Whether balls of the described seats overlap, as a sentence; else nothing.
+
+    A seat touches the rod at one place of its ball: ground balls, or arcs, can be so near.
+
+    >>> from pretravel.prediction.catalogue import load_probe
+    >>> seat_doubts(load_probe("omp40-2"))
+    ()
+    """
+    frame = seat_frame(probe)
+    radius = probe.seats.ball_radius
+    centres = frame.points - (probe.tripod.rod_radius + radius) * frame.normals
+    pairs = list(combinations(range(6), 2))
+    # Rounded: of equal distances the first is named.
+    apart = [round(float(np.linalg.norm(centres[a] - centres[b])), 9) for a, b in pairs]
+    nearest = int(np.argmin(apart))
+    if apart[nearest] >= 2.0 * radius:
+        return ()
+    first, second = (SEAT_NAMES[index] for index in pairs[nearest])
+    return (
+        (
+            f"the seat balls {first} and {second}, of radius {radius:g} mm, overlap: their centres "
+            f"are {apart[nearest]:.3g} mm apart. Whole balls need a smaller radius or support "
+            "angle, or thicker rods"
+        ),
     )
 
 

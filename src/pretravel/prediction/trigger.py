@@ -27,7 +27,7 @@ from pretravel.maps import DirectionSupport, Origin, PretravelMap, Provenance, T
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
 from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import loaded_to_trigger
-from pretravel.prediction.materials import Material, default_workpiece
+from pretravel.prediction.materials import Material
 from pretravel.prediction.seats import lifted_tip_motion, statics_in_machine
 from pretravel.prediction.slender import refuse_slender
 from pretravel.six_seats import PIEZO_STAGE, SEAT_NAMES
@@ -159,19 +159,18 @@ def predict(
         raise PretravelError(
             f"a described probe is needed, not a {type(probe).__name__}: load_probe('omp40-2')"
         )
-    if isinstance(workpiece, str):
-        workpiece = probe.part_material(workpiece)
+    part = probe.part_material(workpiece)
     chosen = compliance_model(model)
     d = checked_unit(directions, "directions")
     rubs_in_model = chosen.contains_friction(probe)
     if not rubs_in_model:
         probe.refuse_tip_friction(f"model {chosen.name} of this description")
     if probe.seats.friction > 0.0 and not rubs_in_model:
-        found = _predict_with_friction(probe, d, chosen, workpiece, gravity)
+        found = _predict_with_friction(probe, d, chosen, part, gravity)
         refuse_slender(probe, d, found.force, found.deflection)
         return found
     statics = statics_in_machine(probe, gravity)
-    loading, seat = loaded_to_trigger(probe, statics, d, workpiece or default_workpiece())
+    loading, seat = loaded_to_trigger(probe, statics, d, part)
     force = loading.force
     never = ~np.isfinite(force)
     if np.any(never):
@@ -211,7 +210,7 @@ def _predict_with_friction(
     probe: Probe,
     directions: FloatArray,
     model: ComplianceModel,
-    workpiece: Material | None,
+    workpiece: Material,
     gravity: npt.ArrayLike | None,
 ) -> Trigger:
     # A wing, and the libraries for finite elements take a second to load.
@@ -222,9 +221,7 @@ def _predict_with_friction(
             "friction at the seats and gravity are not predicted together; leave one of them out",
             inputs=("gravity", "friction"),
         )
-    cycle, displacements = rubbed_trigger(
-        probe, directions, model, workpiece or default_workpiece()
-    )
+    cycle, displacements = rubbed_trigger(probe, directions, model, workpiece)
     reactions = cycle.trigger_reactions[:, -1]
     return Trigger(
         directions=frozen(directions),

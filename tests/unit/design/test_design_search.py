@@ -186,12 +186,26 @@ def test_the_description_is_that_of_the_design(tmp_path: Path) -> None:
             '[wish]\nleast = "lever"\n' + PRELOAD + '[[limit]]\nof = "lever"\n',
             "at_least or at_most",
         ),
+        (
+            '[wish]\nleast = "lever"\n' + PRELOAD + '[[limit]]\nof = "lever"\nat_least = 9.0\n'
+            '[[limit]]\nof = "lever"\nat_most = 90.0\n',
+            "lever has two limits: give at_least and at_most in one",
+        ),
+        ('[wish]\nleast = "lever"\nand_least = "lever"\n' + PRELOAD, "is the goal lever itself"),
+        ('[wish]\nleast = "rod_lift"\novertravel_mm = -5.0\n' + PRELOAD, "overtravel is -5 mm"),
+        ('[wish]\nleast = "lever"\n' + PRELOAD + "levels = 3\n", "levels of spring.preload_N"),
         ('[wish]\nleast = "lever"\n[[free]]\nkey = "a.b"\nrange = [0.0, 1.0]\n', "no table 'a'"),
     ],
 )
 def test_a_wish_that_cannot_be_says_why(text: str, said: str) -> None:
     with pytest.raises(PretravelError, match=said.replace("[", r"\[")):
         wish(text)
+
+
+def test_lobes_are_a_goal_only_where_the_directions_show_them() -> None:
+    text = '[wish]\nleast = "pretravel_lobes"\n[directions]\nazimuth_deg = "0:90:10"\n' + PRELOAD
+    with pytest.raises(PretravelError, match="pretravel_lobes needs azimuths of a whole circle"):
+        wish_in(parse_toml(text))
 
 
 @pytest.mark.parametrize("name", WISHES.names())

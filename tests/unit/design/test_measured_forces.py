@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.design.identification.measured_forces import MeasuredForces
 from pretravel.design.identification.probe_from_map import identify
 from pretravel.design.identification.trigger_forces import read_trigger_forces
@@ -124,3 +124,10 @@ def test_a_table_that_lacks_u(tmp_path: Path) -> None:
     )
     with pytest.raises(PretravelError, match="no column 'polar_rad'"):
         read_trigger_forces(tmp_path / "f.csv")
+
+
+def test_a_polar_angle_that_is_none(tmp_path: Path) -> None:
+    table = tmp_path / "forces.csv"
+    table.write_text("azimuth_deg,polar_deg,force_N,u_N\n0,90,0.75,0.01\n0,200,0.8,0.01\n")
+    with pytest.raises(InputError, match="polar_deg is 200; polar angles lie between 0 and 180"):
+        read_trigger_forces(table)

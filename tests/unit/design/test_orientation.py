@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,12 @@ from pretravel.base.frames import probe_rotation
 from pretravel.design.identification.orientation import SHARE, in_orientation
 from pretravel.design.identification.probe_from_map import identify
 from pretravel.files.map_file import read_map, write_map
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
 from pretravel.prediction.trigger import predict
 from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.qualifying import qualify
 from tests.support.commands import run
 from tests.support.example_maps import example_map
 from tests.support.reference_touches import sphere_touches
@@ -59,7 +63,42 @@ def test_the_map_changes_by_it_and_u_contains_a_share() -> None:
     # Upside down the change follows the lobes, which the map has: up to some hundredths.
     assert np.abs(change).max() > 0.2e-3
     assert found.missed < 0.02e-3
-    np.testing.assert_allclose(np.hypot(old_u, SHARE * np.abs(change)), u, rtol=1e-6)
+    np.testing.assert_allclose(np.hypot(old_u, found.share * np.abs(change)), u, rtol=1e-6)
+
+
+@cache
+def own_map() -> PretravelMap:
+    """Of touches of the described probe, without noise."""
+    n = fibonacci_cap(40)
+    touches = sphere_touches(predict(PROBE, n).pretravel, n)
+    return qualify(touches, 25.0, tip_diameter=6.0, kind="harmonic").pretravel_map
+
+
+def rotated(degrees: float) -> Probe:
+    return replace(PROBE, orientation=replace(PROBE.orientation, rotation=np.radians(degrees)))
+
+
+def test_what_the_description_does_not_explain_is_in_u() -> None:
+    """Lobes that are 10° beside those of the map differ from them by 2 sin(3 · 10°/2) of it."""
+    own, beside = (in_orientation(own_map(), rotated(d), [0.0, 1.0, 0.0]).share for d in (0, 10))
+    assert own == pytest.approx(SHARE, abs=0.02)  # the weight itself changes the lobes a little
+    assert beside == pytest.approx(np.hypot(SHARE, 2.0 * np.sin(np.radians(15.0))), abs=0.15)
+    # The example touches are of the longer stylus: it alone has so large lobes.
+    long_map = example_map("harmonic")
+    assert in_orientation(long_map, PROBE, [0.0, 1.0, 0.0]).share > 0.8
+
+
+@pytest.mark.parametrize("other", [rotated(60.0), rotated(180.0), load_probe("omp40-2-100mm")])
+def test_a_description_of_other_lobes_is_refused(other: Probe) -> None:
+    """At half of the period of three lobes each lies where the map has none."""
+    with pytest.raises(PretravelError, match="does not explain the map: without mean and shift"):
+        in_orientation(own_map(), other, [0.0, 1.0, 0.0])
+
+
+def test_friction_at_the_seats_is_refused_by_its_name() -> None:
+    with pytest.raises(PretravelError, match=r"friction 0.2 at its seats.*\[seats\] to 0") as said:
+        in_orientation(example_map("harmonic"), PROBE.with_friction(0.2), [0.0, 1.0, 0.0])
+    assert said.value.inputs == ("probe",)
 
 
 def test_names_of_the_old_orientation_do_not_stay() -> None:

@@ -16,7 +16,7 @@ from pretravel.design.studies.definition import Study, study_in
 from pretravel.design.studies.outputs import outcome_of
 from pretravel.design.tasks.predict import Predict
 from pretravel.measurement.comparison import compare_corrections
-from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.catalogue import description_text, load_probe
 from pretravel.prediction.trigger import predict
 from tests.support.coarse_models import models_by_name_are_coarse
 
@@ -38,6 +38,35 @@ def test_lobes_are_the_third_harmonic_of_the_wall() -> None:
     design = np.column_stack([np.ones(36), np.cos(3.0 * azimuth), np.sin(3.0 * azimuth)])
     _, cosine, sine = np.linalg.lstsq(design, pretravel, rcond=None)[0]
     assert found.numbers["pretravel_lobes"] == pytest.approx(np.hypot(cosine, sine), rel=1e-9)
+
+
+def test_the_pole_counts_once_in_the_mean() -> None:
+    """It is one direction, whatever its azimuth: one pole and twelve directions of a wall."""
+    more = '[directions]\nazimuth_deg = "0:330:30"\npolar_deg = [0, 90]\n'
+    azimuth = np.radians(np.arange(0.0, 360.0, 30.0))
+    wall = np.column_stack([np.cos(azimuth), np.sin(azimuth), np.zeros(12)])
+    distinct = predict(load_probe("omp40-2"), [[0.0, 0.0, 1.0], *wall])
+    found = outcome_of(study("pretravel", more), {}).numbers
+    pretravel = distinct.pretravel / MICROMETRE
+    assert found["pretravel_mean"] == pytest.approx(pretravel.mean(), rel=1e-12)
+    assert found["pretravel_deviation"] == pytest.approx(pretravel.std(), rel=1e-12)
+    found = outcome_of(study("force", more), {}).numbers
+    assert found["trigger_force_mean"] == pytest.approx(distinct.force.mean(), rel=1e-12)
+
+
+def test_a_part_can_be_of_a_material_of_the_description(tmp_path: Path) -> None:
+    """Its own steel precedes that of the package, as in a prediction."""
+    own = "\n[materials.{}]\nyoungs_modulus_GPa = 3.0\npoissons_ratio = 0.4\ndensity_g_cm3 = 1.2\n"
+    text = description_text("omp40-2") + own.format("nylon") + own.format("steel")
+    (tmp_path / "own.toml").write_text(text)
+    probe, axial = load_probe(tmp_path / "own.toml"), [[0.0, 0.0, 1.0]]
+    soft = predict(probe, axial, workpiece="nylon").pretravel[0]
+    assert soft > 2.0 * predict(load_probe("omp40-2"), axial).pretravel[0]
+    assert predict(probe, axial).pretravel[0] == soft
+    more = 'probe = "own.toml"\n[directions]\npolar_deg = 0\n[prediction]\nworkpiece = "{}"\n'
+    for name in ("nylon", "steel"):
+        found = outcome_of(study("pretravel", more.format(name), tmp_path), {}).numbers
+        assert found["pretravel_mean"] * MICROMETRE == pytest.approx(soft, rel=1e-12)
 
 
 def test_no_lobes_are_said_of_a_part_of_the_circle() -> None:
@@ -120,3 +149,14 @@ def test_contacts_are_the_highest_of_all_directions() -> None:
 def test_outputs_that_lack_something_say_what() -> None:
     assert "needs [touch] with surface and targets" in outcome_of(study("touch"), {}).reason
     assert outcome_of(study("stress"), {}).reason == "the output stress needs the model fem"
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("noise_um = -0.3", "the noise of [calibration]"),
+        ("seed = -1", "seed of [calibration] is -1"),
+    ],
+)
+def test_a_calibration_that_cannot_be_says_why(more: str, said: str) -> None:
+    assert said in outcome_of(study("calibration", f"[calibration]\n{more}\n"), {}).reason

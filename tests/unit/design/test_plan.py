@@ -13,6 +13,7 @@ from pretravel.design.studies.results import collected
 
 PRELOAD = '[[factor]]\nkey = "spring.preload_N"\nrange = [4.0, 8.0]\nlevels = 3\n'
 STEM = '[[factor]]\nkey = "stylus.2.length_mm"\nrange = [38.0, 88.0]\nlevels = 2\n'
+PRELOADS, STEMS = (each.partition("levels")[0] for each in (PRELOAD, STEM))
 MATERIAL = '[[factor]]\nkey = "stylus.2.material"\nvalues = ["ceramic", "steel"]\n'
 
 
@@ -54,13 +55,13 @@ def test_the_base_is_stated_in_the_results() -> None:
 
 
 def test_a_latin_hypercube_has_one_design_in_each_slice() -> None:
-    plan = Plan(study("latin-hypercube", PRELOAD, STEM, settings="samples = 40"))
+    plan = Plan(study("latin-hypercube", PRELOADS, STEMS, settings="samples = 40"))
     preload = np.array([plan.levels(number)["spring.preload_N"] for number in range(40)])
     assert sorted(((preload - 4.0) / 0.1).astype(int)) == list(range(40))
 
 
 def test_a_sobol_plan_changes_one_factor_from_a_to_b() -> None:
-    plan = Plan(study("sobol", PRELOAD, STEM, settings="samples = 5"))
+    plan = Plan(study("sobol", PRELOADS, STEMS, settings="samples = 5"))
     assert len(plan) == 8 * 4  # a power of two, A, B and two factors
     for sample in range(8):
         a, b, preload, stem = (dict(plan.levels(sample + 8 * part)) for part in range(4))
@@ -72,7 +73,7 @@ def test_a_sobol_plan_changes_one_factor_from_a_to_b() -> None:
 @pytest.mark.parametrize("plan", ["latin-hypercube", "sobol"])
 def test_the_seed_alone_decides(plan: str) -> None:
     def designs(seed: int) -> list[object]:
-        made = Plan(study(plan, PRELOAD, STEM, settings=f"samples = 4\nseed = {seed}"))
+        made = Plan(study(plan, PRELOADS, STEMS, settings=f"samples = 4\nseed = {seed}"))
         return [tuple(made.levels(number).values()) for number in range(len(made))]
 
     assert designs(1) == designs(1)
@@ -97,6 +98,10 @@ def test_the_seed_alone_decides(plan: str) -> None:
         ('[study]\nplan = "sobol"\n[[factor]]\nkey = "spring.preload_N"\nvalues = [4.0]', "range"),
         ('[[factor]]\nkey = "spring.preload_N"\nrange = [4.0, 8.0]\nlevels = 1', "2 to 1000"),
         ("[study]\nsamples = 9\n" + PRELOAD, "line 2: samples is not used by the plan full"),
+        ("[study]\nseed = 9\n" + PRELOAD, "line 2: seed is not used by the plan full"),
+        ('[study]\nplan = "sobol"\n' + PRELOAD, "line 6: levels of spring.preload_N is not used"),
+        (PRELOAD + '[directions]\nazimuth_deg = "0:360:30"\n', "azimuth 0° occurs twice (0° and"),
+        (PRELOAD + "[directions]\npolar_deg = [45, 90, 45]\n", "polar angle 45° occurs twice"),
         (PRELOAD + "[touch]\nfriction = 0.2\n", "line 5: the table [touch] changes nothing"),
         ('[[factor]]\nkey = "calibration.noise_um"\nvalues = [0.1, 0.2]', "_um changes nothing"),
         ('[[factor]]\nkey = "moving.mass_g"\nvalues = [5.0, 9.0]', "mass_g changes nothing"),

@@ -180,6 +180,9 @@ def test_a_stem_that_would_be_thicker_than_the_tip_is_told() -> None:
     found = identify(predicted_map(thick, predict(thick, NODES)), described, ["stem_diameter"])
     assert found.values == pytest.approx([6.0], rel=1e-4)
     assert [text for text in found.unknown if "stem_diameter reached the limit" in text]
+    assert np.isnan(found.standard_uncertainty).all()  # a tiny one would be believed
+    text = identified_description(description_text("omp40-2"), found, "map.json")
+    assert '"stylus.2.diameter_mm" = "identified from map.json, at its limit: not valid"' in text
 
 
 @pytest.mark.parametrize(("relative", "size"), [(True, "50 %"), (False, "0.5 rad")])

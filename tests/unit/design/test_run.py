@@ -248,6 +248,15 @@ def test_a_design_that_cannot_be_is_recorded_with_its_reason(tmp_path: Path) -> 
     assert read_results(tmp_path / "study.nc").reasons == results.reasons
 
 
+def test_targets_that_a_factor_names_are_part_of_the_digest(tmp_path: Path) -> None:
+    text = '[study]\noutputs = ["touch"]\n[[factor]]\nkey = "touch.targets"\nvalues = ["a.csv"]\n'
+    targets, seen = tmp_path / "a.csv", set()
+    for normal in ("0,0,1", "0.6,0,0.8"):
+        targets.write_text(f"nx,ny,nz\n{normal}\n")
+        seen.add(digest_of(study_in(parse_toml(text, "study.toml"), tmp_path)))
+    assert len(seen) == 2
+
+
 def test_every_setting_is_part_of_the_digest() -> None:
     same = digest_of(study())
     assert digest_of(study()) == same
@@ -265,7 +274,16 @@ def test_every_setting_is_part_of_the_digest() -> None:
         ),
         study_in(parse_toml(TEXT.format(count=3).replace("0:345:15", "0:330:30"))),
         study_in(parse_toml(TEXT.format(count=3).replace("[study]", '[study]\noutputs=["force"]'))),
-        study_in(parse_toml(TEXT.format(count=3).replace("[study]", "[study]\nseed=2"))),
+        *(
+            study_in(
+                parse_toml(
+                    TEXT.replace("levels = {count}\n", "").replace(
+                        '"full-factorial"', f'"latin-hypercube"\nseed = {seed}'
+                    )
+                )
+            )
+            for seed in (1, 2)
+        ),
         study_in(
             parse_toml(TEXT.format(count=3).replace("[study]", '[study]\nprobe="omp40-2-100mm"'))
         ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 
 import pytest
@@ -14,6 +15,7 @@ from pretravel.prediction.catalogue import (
     parse_probe,
 )
 from pretravel.prediction.described_maps import described_map
+from pretravel.prediction.seats import seat_doubts
 
 
 def _edited(old: str, new: str) -> str:
@@ -50,6 +52,11 @@ def _edited(old: str, new: str) -> str:
         ("mass_g = 25.0", "mass_g = -25.0", "cannot be negative"),
         ("mass_g = 25.0", "mass_g = 25000.0", "mass is 25 kg; the largest one"),
         ("height_mm = -15.0", "height_mm = -15000.0", "between -1000 and 1000"),
+        ("height_mm = -15.0", "height_mm = -150.0", "150 mm below .* the tip ends at 67.4 mm"),
+        # 4.8 g of steel, 2.4 g of ceramic and 0.45 g of ruby
+        ("mass_g = 25.0", "mass_g = 0.025", "stylus and tip alone.* are 7.6 g: was it meant in kg"),
+        ("u_radius_um = 0.2", "u_radius_um = 200.0", "uncertainty is 200 µm; .* 0 and 50 µm"),
+        ("u_radius_um = 0.2", "u_radius_um = -1.0", "uncertainty is -1 µm"),
         ("[spring]", "[springs]", r"\[spring\]"),
         ("u_radius_um = 0.2", "u_radius_mm = 0.2", "has no u_radius_mm"),
         ("[tripod]", "[tripod", "not valid TOML"),
@@ -69,6 +76,18 @@ def test_both_angles_of_uneven_seats_lie_within_the_limits(mean: float) -> None:
     parse_probe(_edited(stated, f"{uneven}3.9"))
     with pytest.raises(DescriptionError, match=r"differ by 4\.1°.* one is not between 1° and 89°"):
         parse_probe(_edited(stated, f"{uneven}4.1"))
+
+
+def test_seat_balls_that_overlap_are_doubted() -> None:
+    """Two of a rod, 2 (2.75 + 3.5) cos 60° apart; two of neighbours, at a small radius."""
+    stated = "support_angle_deg = 27.266"
+    (doubt,) = seat_doubts(parse_probe(_edited(stated, "support_angle_deg = 60")))
+    assert "A-left and A-right, of radius 3.5 mm, overlap: their centres are 6.25 mm" in doubt
+    limit = math.degrees(math.acos(3.5 / 6.25))
+    assert seat_doubts(parse_probe(_edited(stated, f"support_angle_deg = {limit - 0.1}"))) == ()
+    assert seat_doubts(parse_probe(_edited(stated, f"support_angle_deg = {limit + 0.1}"))) != ()
+    (doubt,) = seat_doubts(parse_probe(_edited("radius_mm = 16.34", "radius_mm = 7.0")))
+    assert "A-left and B-right" in doubt
 
 
 OWN = """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.base.toml_file import parse_toml
-from pretravel.design.studies.design_search import FoundDesign, TriedDesign
+from pretravel.design.studies.design_search import FoundDesign, TriedDesign, tried_design
 from pretravel.design.studies.wish import wish_in
 from pretravel.design.tasks.design.report import design_document, front_chart
 from pretravel.prediction.catalogue import load_probe
@@ -44,6 +44,20 @@ def _found(second: str = 'and_least = "pretravel_greatest"') -> FoundDesign:
 def test_the_front_is_the_main_picture() -> None:
     assert "two goals" in design_document(_found()).pictures[0].caption
     assert len(design_document(_found("")).pictures) == 1
+
+
+def test_the_report_predicts_the_best_design_with_its_own_conditions() -> None:
+    """Also where the model is free; its seats of 60° have balls that overlap."""
+    text = TEXT.format(second="") + '[[free]]\nkey = "prediction.model"\nvalues = ["shen", "ren"]\n'
+    text += '[[free]]\nkey = "seats.support_angle_deg"\nrange = [20.0, 70.0]\n'
+    levels: dict[str, float | str] = {
+        "spring.preload_N": 5.0, "prediction.model": "ren", "seats.support_angle_deg": 60.0,
+    }  # fmt: skip
+    wish = wish_in(parse_toml(text, "wish.toml"))
+    one = tried_design(wish, levels)
+    shown = design_document(FoundDesign(wish, one, one, (), 1))
+    assert shown.notes[0].startswith("Predicted by model ren.")
+    assert "A-left and A-right, of radius 3.5 mm, overlap" in shown.warnings[0]
 
 
 def test_a_front_shows_its_designs_the_start_and_the_limits() -> None:

@@ -17,7 +17,6 @@ from pretravel.design.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE,
 from pretravel.prediction import (
     Probe,
     Trigger,
-    default_workpiece,
     loaded,
     predict,
     seat_frame,
@@ -128,7 +127,7 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
     rest, touched = _forces_at_rest(probe), _forces_at_trigger(probe, trigger, 0)
     change = touched - rest
     log.info("displacement and stress of all elements")
-    loading = loaded(probe, statics, trigger.directions, trigger.force, default_workpiece())
+    loading = loaded(probe, statics, trigger.directions, trigger.force, probe.part_material())
     rigid = seat_closure(reduced, loading, change)
     elastic = reduced.elastic_field
     mesh = elastic.mesh
@@ -156,7 +155,7 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
         ),
         seats=seat_stress(probe, trigger.reactions[0]),
         seats_at_rest=seat_stress(probe, statics.rest_reactions),
-        tip=tip_stress(probe, trigger.force, default_workpiece()),
+        tip=tip_stress(probe, trigger.force, probe.part_material()),
         open_at=0.0 if probe.criterion == PIEZO_STAGE else probe.threshold,
     )
 

@@ -55,7 +55,8 @@ class Identification:
     values, standard_uncertainty : (k,) float each
         In mm, N or rad.
     relative_uncertainty : (k,) float
-        Relative for lengths and forces, in rad for angles.
+        Relative for lengths and forces, in rad for angles; not a number at the limit of what a
+        description allows.
     residuals : (n,) float
         Touches, or the map where it has none, less model, after the shift of the reference. [mm]
     directions : (n, 3) float
@@ -154,7 +155,8 @@ def identify(
             inputs=("free", "probe"),
         ) from None
     codes, unknown = _uncertainty(jacobian, numbers, tuple(free))
-    unknown += _numbers_at_limits(fit, fitted, parameters, free)
+    at_limits = _numbers_at_limits(fit, fitted, parameters, free)
+    unknown += at_limits
     residuals = fit.residuals(fitted, parameters)
     if evidence.noise_dof is None:
         widening, misfit = _misfit(residuals, evidence.covariance)
@@ -169,7 +171,8 @@ def identify(
     if "rotation" in free:
         fitted = _with_nearest_rotation(fitted, probe)
     values = np.array([number.of(fitted) for number in numbers])
-    relative_uncertainty = codes * widening
+    limited = [any(said.startswith(f"{name} ") for said in at_limits) for name in free]
+    relative_uncertainty = np.where(limited, math.nan, codes * widening)
     scale = np.where([number.relative for number in numbers], values, 1.0)
     return Identification(
         probe=fitted,
@@ -714,6 +717,7 @@ def identified_description(text: str, found: Identification, source: str) -> str
         written = value - found.probe.stylus_length if name == "lever" else value
         changes[f"{number.table}.{number.key}"] = (
             float(f"{written / number.unit:.9g}"),
-            f"identified from {source}, u = {u / number.unit:.2g}",
+            f"identified from {source}, "
+            + (f"u = {u / number.unit:.2g}" if math.isfinite(u) else "at its limit: not valid"),
         )
     return rewritten(text, changes)

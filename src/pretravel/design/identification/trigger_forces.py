@@ -31,6 +31,12 @@ def read_trigger_forces(path: str | Path) -> MeasuredForces:
         if "polar_deg" in table.columns
         else np.full(len(azimuth), 90.0)
     )
+    if not np.all((polar >= 0.0) & (polar <= 180.0)):
+        raise InputError(
+            f"polar_deg is {polar[(polar < 0.0) | (polar > 180.0)][0]:g}; polar angles lie between "
+            "0 and 180 degrees",
+            path=path,
+        )
     try:
         return MeasuredForces(from_angles(polar * DEGREE, azimuth * DEGREE), force, u)
     except InputError:

@@ -14,10 +14,8 @@ from pretravel.prediction import (
     ComplianceModel,
     Material,
     Probe,
-    default_workpiece,
     lifted_tip_motion,
     load_probe,
-    material,
     probe_response,
 )
 
@@ -139,8 +137,7 @@ def predicted_tip(
     >>> float(tip.state(np.array([[1.0, 0.0, 0.0]])).force[0].round(3))
     0.75
     """
-    named = material(workpiece) if isinstance(workpiece, str) else workpiece
-    part = named or default_workpiece()
+    part = probe.part_material(workpiece)
     ball = probe.tip.material
     # Johnson, equation 7.42b: the whole contact begins to slip at a displacement of
     # 3 mu N Lambda / (16 a), which with a² = R delta and N = 4 E* a³ / (3 R) is

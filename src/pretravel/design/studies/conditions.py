@@ -8,9 +8,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pretravel.base import TomlDocument, TomlStructure
+from pretravel.base import NOISE, PretravelError, TomlDocument, TomlStructure, checked
 from pretravel.design.studies.definition import Level, Study
-from pretravel.prediction import Material, Probe, described_probe, material
+from pretravel.prediction import Material, Probe, described_probe
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,6 @@ class Prediction:
 
     model: str = "analytic"
     workpiece: str = "steel"
-
-    @property
-    def material(self) -> Material:
-        """Of the part."""
-        return material(self.workpiece)
 
 
 @dataclass(frozen=True)
@@ -83,6 +78,11 @@ class Calibration:
     diameter: float = 25.0
     seed: int = 1
 
+    def __post_init__(self) -> None:
+        checked(self.noise, "the noise of [calibration]", NOISE)
+        if self.seed < 0:
+            raise PretravelError(f"seed of [calibration] is {self.seed}; it must be 0 or more")
+
 
 @dataclass(frozen=True)
 class Case:
@@ -103,6 +103,11 @@ class Case:
     touch: TouchConditions
     calibration: Calibration
     folder: Path
+
+    @property
+    def part(self) -> Material:
+        """Material of the part, from the description or the package."""
+        return self.probe.part_material(self.prediction.workpiece)
 
 
 @cache

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -166,6 +167,32 @@ class Directions:
             raise PretravelError(
                 f"a polar angle is {wrong[0]:g}°; it must lie between 0 (the probe's axis) and 180°"
             )
+        for what, angles in (("azimuth", self.azimuth), ("polar angle", self.polar)):
+            round_ = [round(angle / DEGREE, 9) % 360.0 for angle in angles]
+            if len(set(round_)) < len(round_):
+                twice = next(angle for angle in round_ if round_.count(angle) > 1)
+                raise PretravelError(
+                    f"the {what} {twice:g}° occurs twice (0° and 360° are the same direction) and "
+                    "would count twice in the means: leave one of them out"
+                )
+
+    @property
+    def distinct(self) -> list[int]:
+        """Rows of the grid, azimuth after azimuth, without the pole's other azimuths."""
+        count = len(self.azimuth)
+        return [
+            count * row + column
+            for row, polar in enumerate(self.polar)
+            for column in range(count if math.sin(polar) > 1e-9 else 1)
+        ]
+
+    @property
+    def has_lobes(self) -> bool:
+        """Whether they determine three lobes: an even circle of 7 or more, and walls."""
+        azimuth = sorted(angle % (2.0 * math.pi) for angle in self.azimuth)
+        step = 2.0 * math.pi / len(azimuth)
+        even = all(abs(b - a - step) <= 1e-6 for a, b in pairwise(azimuth))
+        return even and len(azimuth) >= 7 and min(self.polar) <= 0.5 * math.pi + 1e-9
 
 
 @dataclass(frozen=True)
@@ -450,9 +477,13 @@ def study_of_parts(
 def _refuse_unused(study: Study, document: TomlDocument, settings: str, factors: str) -> None:
     """Refuse what is stated and changes nothing: a table of another output, samples of a plan."""
     for number, factor in enumerate(study.factors):
-        if factor.values is not None and factor.levels != Factor.levels:
-            unused = f"levels of {factor.key} is not used: it has values. Leave levels out"
-            raise document.error(unused, factors, number, "levels")
+        drawn = "values are drawn from the whole range" if study.plan in _DRAWN else ""
+        unused = "it has values" if factor.values is not None else drawn
+        if unused and factor.levels != Factor.levels:
+            raise document.error(
+                f"levels of {factor.key} is not used: {unused}. Leave levels out",
+                factors, number, "levels",
+            )  # fmt: skip
         if factor.key.startswith("moving."):
             unused = "studies have no direction of gravity, and the weight is neglected"
             raise document.error(
@@ -470,13 +501,14 @@ def _refuse_unused(study: Study, document: TomlDocument, settings: str, factors:
                     f"the factor {factor.key} changes nothing: {unused}", factors, number, "key"
                 )
     own = document.tables.get(settings, {})
-    if study.plan not in _DRAWN and "samples" in own:
-        raise document.error(
-            f"samples is not used by the plan {study.plan}, which has all values of the factors: "
-            f"leave it out, or choose {' or '.join(_DRAWN)}",
-            settings,
-            "samples",
-        )
+    for key in ("samples", "seed"):
+        if study.plan not in _DRAWN and key in own:
+            raise document.error(
+                f"{key} is not used by the plan {study.plan}, which has all values of the factors: "
+                f"leave it out, or choose {' or '.join(_DRAWN)}",
+                settings,
+                key,
+            )
 
 
 _DRAWN = ("latin-hypercube", "sobol")

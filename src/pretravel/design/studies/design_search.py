@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -18,6 +19,7 @@ from pretravel.base import FloatArray, PretravelError
 from pretravel.design.studies.conditions import case_of
 from pretravel.design.studies.definition import Level
 from pretravel.design.studies.extremes import extremes_between
+from pretravel.design.studies.idle import refuse_idle
 from pretravel.design.studies.outputs import computed
 from pretravel.design.studies.wish import Wish
 from pretravel.prediction import Probe
@@ -132,6 +134,14 @@ def find_design(wish: Wish) -> FoundDesign:
     PretravelError
         No design was found that keeps the limits.
     """
+    names = _named(wish)
+    refuse_idle(
+        wish.study,
+        lambda study, levels: np.array(
+            [tried_design(replace(wish, study=study), levels).quantities[name] for name in names]
+        ),
+        f"{', '.join(names)} {'is' if len(names) == 1 else 'are'}",
+    )
     search = _Search(wish)
     best = search.best({})
     front: tuple[TriedDesign, ...] = ()
@@ -140,6 +150,12 @@ def find_design(wish: Wish) -> FoundDesign:
     return FoundDesign(
         wish, best, _in_all_directions(wish, tried_design(wish, {})), front, len(search.known)
     )
+
+
+def _named(wish: Wish) -> list[str]:
+    """The quantities that decide the search."""
+    names = [wish.goal, wish.second, *(limit.of for limit in wish.limits)]
+    return list(dict.fromkeys(name for name in names if name))
 
 
 class _Search:
@@ -151,6 +167,7 @@ class _Search:
     def __init__(self, wish: Wish) -> None:
         self.wish = wish
         self.known: dict[tuple[float, ...], TriedDesign | None] = {}
+        self.reasons: Counter[str] = Counter()
 
     def levels(self, point: FloatArray) -> dict[str, Level]:
         factors = self.wish.study.factors
@@ -166,10 +183,18 @@ class _Search:
         key = tuple(np.round(point, 12).tolist())
         if key not in self.known:
             try:
-                self.known[key] = tried_design(self.wish, self.levels(np.asarray(key)))
-            except (PretravelError, ArithmeticError):
+                found = tried_design(self.wish, self.levels(np.asarray(key)))
+                self.known[key] = found if self._is_known(found) else None
+            except (PretravelError, ArithmeticError) as error:
+                self.reasons[str(error) or type(error).__name__] += 1
                 self.known[key] = None
         return self.known[key]
+
+    def _is_known(self, found: TriedDesign) -> bool:
+        """Whether the quantities that decide have values: a material without hardness has none."""
+        unknown = [n for n in _named(self.wish) if not math.isfinite(found.quantities[n])]
+        self.reasons.update(f"{name} is not known" for name in unknown)
+        return not unknown
 
     def value(self, point: FloatArray, name: str, sign: float) -> float:
         """A quantity to make small; far too large where no design can be."""
@@ -217,6 +242,9 @@ class _Search:
             if not limits or self.violations(everywhere, limits).max() <= _SLACK:
                 return everywhere
             narrowed = _narrowed(limits, found, everywhere, 1.0 + _MARGIN * attempt)
+        if not any(self.known.values()):
+            reason, _ = self.reasons.most_common(1)[0]
+            raise PretravelError(f"no design within the ranges can be computed: {reason}")
         raise PretravelError(
             "no design within the ranges keeps the limits in all directions: "
             + ", ".join(_limit_text(name, ends) for name, ends in limits.items())

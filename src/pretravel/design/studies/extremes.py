@@ -85,8 +85,7 @@ def _steps(low: float, high: float) -> FloatArray:
 
 
 def _values(case: Case, directions: FloatArray) -> Mapping[str, FloatArray]:
-    prediction = case.prediction
-    found = predict(case.probe, directions, prediction.model, workpiece=prediction.material)
+    found = predict(case.probe, directions, case.prediction.model, workpiece=case.part)
     return {
         "trigger_force": found.force,
         "sensing_distance": found.sensing_distance / MICROMETRE,

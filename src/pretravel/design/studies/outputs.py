@@ -142,7 +142,7 @@ def computed(study: Study, case: Case) -> Outcome:
     """
     directions = study.directions
     d = grid(directions.polar, directions.azimuth)
-    trigger = predict(case.probe, d, case.prediction.model, workpiece=case.prediction.material)
+    trigger = predict(case.probe, d, case.prediction.model, workpiece=case.part)
     shape = (len(directions.polar), len(directions.azimuth))
     force = trigger.force.reshape(shape)
     sensing_distance = trigger.sensing_distance.reshape(shape) / MICROMETRE
@@ -164,21 +164,22 @@ def _three(what: str, values: FloatArray) -> dict[str, float]:
 
 
 def _force(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
-    del case, directions
-    return _three("trigger_force", trigger.force)
+    del case
+    return _three("trigger_force", trigger.force[directions.distinct])
 
 
 def _sensing_distance(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
-    del case, directions
-    return _three("sensing_distance", trigger.sensing_distance / MICROMETRE)
+    del case
+    return _three("sensing_distance", trigger.sensing_distance[directions.distinct] / MICROMETRE)
 
 
 def _pretravel(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
     del case
     pretravel = trigger.pretravel / MICROMETRE
-    return _three("pretravel", pretravel) | {
-        "pretravel_range": float(np.ptp(pretravel)),
-        "pretravel_deviation": float(np.std(pretravel)),
+    distinct = pretravel[directions.distinct]
+    return _three("pretravel", distinct) | {
+        "pretravel_range": float(np.ptp(distinct)),
+        "pretravel_deviation": float(np.std(distinct)),
         "pretravel_lobes": _lobes(
             pretravel.reshape(len(directions.polar), len(directions.azimuth)), directions
         ),
@@ -190,20 +191,17 @@ def _lobes(pretravel: FloatArray, directions: Directions) -> float:
 
     Least squares on an even circle is the discrete Fourier transform.
     """
-    azimuth = np.asarray(directions.azimuth)
-    step = 2.0 * math.pi / len(azimuth)
+    if not directions.has_lobes:
+        return math.nan
     walls = [
         (polar, row) for row, polar in enumerate(directions.polar) if polar <= 0.5 * math.pi + 1e-9
     ]
-    even = np.allclose(np.diff(np.sort(np.mod(azimuth, 2.0 * math.pi))), step, atol=1e-6)
-    if len(azimuth) < 7 or not even or not walls:
-        return math.nan
     ring = pretravel[max(walls)[1]]
-    return float(2.0 * abs(np.mean(ring * np.exp(-3j * azimuth))))
+    return float(2.0 * abs(np.mean(ring * np.exp(-3j * np.asarray(directions.azimuth)))))
 
 
 def _exact_map(case: Case, trigger: Trigger) -> PretravelMap:
-    response = probe_response(case.probe, case.prediction.model, workpiece=case.prediction.material)
+    response = probe_response(case.probe, case.prediction.model, workpiece=case.part)
     return response_map(case.probe, response, trigger)
 
 
@@ -245,7 +243,7 @@ def _on_sphere(
     case: Case, n: FloatArray, wish: Calibration, noise: FloatArray | float = 0.0
 ) -> Touches:
     """Touches of the predicted probe on the sphere, along its normals."""
-    trigger = predict(case.probe, n, case.prediction.model, workpiece=case.prediction.material)
+    trigger = predict(case.probe, n, case.prediction.model, workpiece=case.part)
     reach = 0.5 * wish.diameter + case.probe.tip.radius - trigger.pretravel + noise
     return Touches(n * reach[:, None], n)
 
@@ -271,7 +269,7 @@ def _touch(case: Case, trigger: Trigger, directions: Directions) -> dict[str, fl
         surface,
         targets,
         model=case.prediction.model,
-        setup=PartSetup(material=case.prediction.material, friction=wish.friction),
+        setup=PartSetup(material=case.part, friction=wish.friction),
         latch=Latch(wish.feed, wish.delay_ms * 1e-3),
     )
     return _three(
@@ -293,7 +291,7 @@ def _stress(case: Case, trigger: Trigger, directions: Directions) -> dict[str, f
 def _contact(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
     del directions
     seats = seat_stress(case.probe, trigger.reactions)
-    tip = tip_stress(case.probe, trigger.force, case.prediction.material)
+    tip = tip_stress(case.probe, trigger.force, case.part)
     return {
         "seat_pressure_greatest": float(seats.pressure.max()),
         "tip_pressure_greatest": float(tip.pressure.max()),

@@ -9,16 +9,20 @@ import math
 import os
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pretravel.base import PretravelError, installed_version, needed
+import numpy as np
+
+from pretravel.base import FloatArray, PretravelError, installed_version, needed
 from pretravel.design.fem.mesh import MeshSettings
 from pretravel.design.fem.reduction_cache import reduction_key
 from pretravel.design.studies.conditions import case_of
-from pretravel.design.studies.definition import Study
+from pretravel.design.studies.definition import Level, Study
+from pretravel.design.studies.idle import refuse_idle
 from pretravel.design.studies.journal import Journal, journal_path
+from pretravel.design.studies.outputs import computed
 from pretravel.design.studies.plan import Plan
 from pretravel.design.studies.results import StudyResults, collected
 from pretravel.design.studies.results_file import write_results
@@ -78,10 +82,14 @@ def _files_of(study: Study) -> Iterator[Path]:
     geometry = study.base.get("geometry")
     if isinstance(geometry, dict) and isinstance(geometry.get("step"), str):
         yield from _existing(study.folder / geometry["step"])
-    touch = [study.touch.get("targets"), str(study.touch.get("surface", "")).partition("#")[0]]
+    touch = [study.touch.get("targets"), study.touch.get("surface")]
+    touch += [value for f in study.factors if f.key in _OF_FILES for value in f.single_values]
     for name in touch:
         if name:
-            yield from _existing(study.touch_folder / str(name))
+            yield from _existing(study.touch_folder / str(name).partition("#")[0])
+
+
+_OF_FILES = ("touch.surface", "touch.targets")
 
 
 def _existing(path: Path) -> Iterator[Path]:
@@ -114,6 +122,7 @@ def run_study(
     needed("h5netcdf", "scale")  # before hours of computation
     workers = workers or Workers()
     path, plan = journal_path(output), Plan(study)
+    refuse_idle(study, _all_numbers, "the results are")
     with Journal(path, digest_of(study), anew=restart) as journal:
         done = journal.done()
         missing = [number for number in range(len(plan)) if number not in done]
@@ -129,6 +138,15 @@ def run_study(
     if not results.succeeded.any():
         raise PretravelError(_why_none(results))
     return results
+
+
+def _all_numbers(study: Study, levels: Mapping[str, Level]) -> FloatArray:
+    """Everything that the results contain of a design."""
+    found = computed(study, case_of(study, levels))
+    kept = (found.force, found.sensing_distance, found.pretravel)
+    return np.concatenate(
+        [list(found.numbers.values()), *(each.ravel() for each in kept if each is not None)]
+    )
 
 
 def _why_none(results: StudyResults) -> str:

@@ -28,6 +28,8 @@ OF_GEOMETRY: Mapping[str, OutputMeaning] = {
     "rod_lift": OutputMeaning("mm", "rise of the rod that opens, at the overtravel"),
 }
 """Quantities of a description that a specification can limit, as it can outputs of studies."""
+_LARGEST_OVERTRAVEL = 100.0
+"""[mm]"""
 WISHES = ShippedTexts("pretravel.design.studies", "data/wishes", "wish", "wishes")
 """The specifications that come with the package."""
 
@@ -147,12 +149,8 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
             raise document.error(
                 f"there is no quantity '{name}'; known are {', '.join(known_quantities())}", *place
             )
+    _refuse_contradictions(document, parts, goal)
     names = {goal, table.and_least, *(limit.of for limit in parts.limit)}
-    if "rod_lift" in names and not table.overtravel:
-        raise document.error(
-            "rod_lift is the rise of a rod at the overtravel of the tip: give overtravel_mm",
-            "wish",
-        )
     outputs = tuple(output for output, numbers in MEANINGS.items() if names & set(numbers))
     return Wish(
         study=study_of_parts(_as_study(parts, outputs), document, folder, "wish", "free"),
@@ -163,6 +161,36 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
         overtravel=table.overtravel,
         seed=table.seed,
     )
+
+
+def _refuse_contradictions(document: TomlDocument, parts: _Whole, goal: str) -> None:
+    table, limited = parts.wish, [limit.of for limit in parts.limit]
+    names = {goal, table.and_least, *limited}
+    for number, name in enumerate(limited):
+        if name in limited[:number]:
+            raise document.error(
+                f"{name} has two limits: give at_least and at_most in one [[limit]]",
+                "limit", number, "of",
+            )  # fmt: skip
+    if table.and_least == goal:
+        raise document.error(f"and_least is the goal {goal} itself: leave it out", "wish")
+    if "rod_lift" in names and not table.overtravel:
+        raise document.error(
+            "rod_lift is the rise of a rod at the overtravel of the tip: give overtravel_mm",
+            "wish",
+        )
+    if not 0.0 <= table.overtravel <= _LARGEST_OVERTRAVEL:
+        raise document.error(
+            f"the overtravel is {table.overtravel:g} mm; 0 to {_LARGEST_OVERTRAVEL:g} mm are "
+            "possible",
+            "wish", "overtravel_mm",
+        )  # fmt: skip
+    if "pretravel_lobes" in names and not parts.directions.has_lobes:
+        raise document.error(
+            "pretravel_lobes needs azimuths of a whole circle in equal steps, 7 or more, and a "
+            "polar angle up to 90°",
+            "directions",
+        )
 
 
 def load_wish(wish: str | Path) -> Wish:

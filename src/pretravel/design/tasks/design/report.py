@@ -7,11 +7,12 @@ import math
 import numpy as np
 
 from pretravel.base import FloatArray, grid
+from pretravel.design.studies.conditions import case_of
 from pretravel.design.studies.definition import Factor, Level
 from pretravel.design.studies.design_search import FoundDesign, TriedDesign
 from pretravel.design.studies.wish import known_quantities
 from pretravel.design.tasks.predict.view import prediction_view
-from pretravel.prediction import predict
+from pretravel.prediction import predict, seat_doubts
 from pretravel.show import (
     Axis,
     Column,
@@ -38,7 +39,8 @@ def design_document(found: FoundDesign) -> Document:
     unit = shown_unit(known_quantities()[goal].unit)
     share = f" ({number_text(100.0 * (after / before - 1.0), decimals(0))} %)" if before else ""
     title = f"{study.name}: the best of {found.tried} designs of {study.probe}"
-    model = str(study.prediction.get("model", "analytic"))
+    case = case_of(study, found.best.levels)
+    model = case.prediction.model
     return Document(
         title=title,
         verdict=f"{title}: {_words(goal)} {number_text(after, significant(4))} {unit} "
@@ -49,10 +51,11 @@ def design_document(found: FoundDesign) -> Document:
             Picture(
                 "Force and pretravel of the best design, and the contributions to the pretravel",
                 lambda: prediction_view(
-                    predict(found.best.probe, _directions(found), model), title
+                    predict(case.probe, _directions(found), model, workpiece=case.part), title
                 ),
             ),
         ),
+        warnings=seat_doubts(case.probe),
         notes=(
             (
                 f"Predicted by model {model}. Predict the description with model fem before you "

@@ -171,7 +171,7 @@ def _key(name: str, found: Identification) -> str:
 def _numbers_table(found: Identification) -> Table:
     units = np.array([FREE[name].unit for name in found.names])
     keys = [_key(name, found) for name in found.names]
-    endings = [FREE[name].key.rpartition("_")[2] for name in found.names]
+    endings = [FREE[name].key.partition("[")[0].rpartition("_")[2] for name in found.names]
     values, u = found.values / units, found.standard_uncertainty / units
     # Of a quantity that is not determined u is larger than any value: the value stays as it is.
     values = np.where(np.abs(values) < _NEGLIGIBLE * np.minimum(u, 1.0), 0.0, values)

@@ -119,7 +119,6 @@ class TurnedProbe(Result):
         """The report."""
         import numpy as np
 
-        from pretravel.design.identification.orientation import SHARE
         from pretravel.show import Document, KeyFigure, Picture, decimals
 
         found = self.turned
@@ -128,9 +127,10 @@ class TurnedProbe(Result):
             KeyFigure("the weight changes pretravel by", float(np.sqrt(np.mean(size**2))), "µm",
                       decimals(2), remark=f"root mean square; {size.min():+.2f} to "
                       f"{size.max():+.2f} µm"),
-            KeyFigure("u of this change", SHARE * float(np.sqrt(np.mean(size**2))), "µm",
+            KeyFigure("u of this change", found.share * float(np.sqrt(np.mean(size**2))), "µm",
                       decimals(2),
-                      remark=f"{100 * SHARE:.0f} %: mass and height of the moving parts"),
+                      remark=f"{100 * found.share:.0f} %: mass and height of the moving parts, and "
+                      "lobes of the map that the description does not explain"),
             KeyFigure("not followed by the kind of map", found.missed / MICROMETRE, "µm",
                       decimals(2), remark="in u of every point"),
         )  # fmt: skip

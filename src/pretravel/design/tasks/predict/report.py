@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, azimuth_angle, polar_angle
 from pretravel.design.tasks.predict.view import prediction_view, values_of
 from pretravel.design.tasks.probes.report import probe_picture
-from pretravel.prediction import Probe, Trigger, slender_doubts
+from pretravel.prediction import Probe, Trigger, seat_doubts, slender_doubts
 from pretravel.show import (
     Column,
     Document,
@@ -62,7 +62,10 @@ def prediction_document(
             Picture(_PICTURES[quantity], lambda: prediction_view(trigger, title, quantity)),
             probe_picture(probe),
         ),
-        warnings=slender_doubts(probe, trigger.directions, trigger.force),
+        warnings=(
+            *seat_doubts(probe),
+            *slender_doubts(probe, trigger.directions, trigger.force),
+        ),
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from pretravel.base import DEGREE
 from pretravel.design.tasks.probes.view import probe_view
-from pretravel.prediction import Probe
+from pretravel.prediction import Probe, seat_doubts
 from pretravel.show import Column, Document, KeyFigure, Picture, Table, decimals, significant
 
 
@@ -57,6 +57,7 @@ def probe_document(probe: Probe) -> Document:
             ),
         ),
         pictures=(probe_picture(probe),),
+        warnings=seat_doubts(probe),
     )  # fmt: skip
 
 

@@ -49,14 +49,20 @@ class Probes(Task):
     def run(self, progress: Progress = SILENT) -> Result:
         """The list, the text of one, or what a file holds."""
         del progress
-        from pretravel.prediction import catalogue_names, description_text, load_probe
+        from pretravel.prediction import (
+            catalogue_names,
+            description_text,
+            load_probe,
+            seat_doubts,
+        )
 
         if self.probe is None:
             return Catalogue()
         probe = load_probe(self.probe)
         if self.probe in catalogue_names():
             return ShownProbe(probe, description_text(self.probe))
-        return ShownProbe(probe, f"{self.probe}: {probe.name}, a valid description\n")
+        doubts = "".join(f"Warning: {doubt}\n" for doubt in seat_doubts(probe))
+        return ShownProbe(probe, f"{self.probe}: {probe.name}, a valid description\n{doubts}")
 
 
 @dataclass(frozen=True, eq=False)
