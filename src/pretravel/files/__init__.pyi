@@ -10,6 +10,9 @@ from .column_names import ROLES as ROLES
 from .column_names import column_name as column_name
 from .column_names import unit_of as unit_of
 from .column_names import unit_of_title as unit_of_title
+from .comments_of_tables import comments_not_read as comments_not_read
+from .comments_of_tables import refuse_other_comments as refuse_other_comments
+from .comments_of_tables import telling_comments as telling_comments
 from .csv_table import CsvTable as CsvTable
 from .csv_table import csv_table_text as csv_table_text
 from .csv_table import read_csv_table as read_csv_table
