@@ -22,6 +22,7 @@ from pretravel.laboratory.rig.budget import (
     calibration_budget,
     constant_and_slope,
     length_budget,
+    rig_sources,
 )
 from pretravel.laboratory.rig.calibration import calibrate_rig
 from pretravel.laboratory.rig.trace import RigTouch
@@ -75,6 +76,11 @@ def test_every_field() -> None:
         )
         assert one.expanded == pytest.approx(budget.expanded())
         assert one.coverage_factor == pytest.approx(budget.coverage_factor())
+        # Both ends of a hysteresis are read by the same ruler; its repeats are its own.
+        rig = 2.0 * length_budget(rig_sources(REN_BUDGET), 0.0).combined
+        assert one.expanded_hysteresis == pytest.approx(
+            math.hypot(rig, one.performance.expanded_hysteresis), rel=1e-6
+        )
     plain = calibration_certificate(calibration, REN_BUDGET, statements)
     assert (plain.budget_source, plain.temperature) == ("", 20.0)
     # One source of many that has both parts: u(L)² is no longer constant² + (slope L)².
