@@ -135,6 +135,7 @@ from .touches_csv import read_plan as read_plan
 from .touches_csv import read_targets as read_targets
 from .touches_csv import read_touches as read_touches
 from .touches_csv import write_touches as write_touches
+from .words_of_lines import days_in_text as days_in_text
 from .words_of_lines import joined_axes as joined_axes
 from .words_of_lines import plain_axes as plain_axes
 from .words_of_lines import units_in_text as units_in_text

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.row_statements import Record, comments_among, lines_not_read
 from pretravel.files.source_file import SourceFile, shortened
-from pretravel.files.words_of_lines import units_in_text
+from pretravel.files.words_of_lines import days_in_text, units_in_text
 
 _OF_LENGTH = re.compile(
     r"\b(?:all|values|readings|numbers|errors?|uncertaint(?:y|ies)|ruler|laser|scale|reference)\b"
@@ -26,7 +26,6 @@ _STATES = (
     r"\btemp(?:eratur\w*|\.)?\W*(?:[:=]\W*)?-?\d|\b(?:feed|speed|vorschub|offset|delay)\b\W*\d"
 )
 """What a comment states that a result depends on, or that says which thing was measured."""
-_DATE = re.compile(r"\b(?:19|20)\d\d-\d\d-\d\d\b|\b\d\d?[./]\d\d?[./](?:19|20)\d\d\b")
 
 
 def refuse_other_comments(table: CsvTable, unit: str) -> None:
@@ -66,7 +65,7 @@ def telling_comments(comments: Sequence[Record]) -> list[Record]:
 def comments_not_read(table: CsvTable) -> tuple[str, ...]:
     """A sentence that quotes telling comments and dates; none without them."""
     return lines_not_read(
-        [each for each in table.comments if telling_comments([each]) or _DATE.search(each[1])]
+        [each for each in table.comments if telling_comments([each]) or days_in_text(each[1])]
     )
 
 

@@ -290,7 +290,7 @@ def doubts_of_names(traces: Sequence[str]) -> tuple[str, ...]:
     >>> doubts_of_names(["rig_030"])[0][:42]
     "rig_030: read as touch 30 in the direction"
     """
-    begin = sorted({trace[: found.start()] for trace in traces if (found := _NAME.search(trace))})
+    begin = sorted({trace[: at.start()] for trace in traces if (at := _NAME.search(trace))})
     found = []
     if len(begin) > 1:
         named = " and ".join(f"'{each}'" for each in begin[:3]) + (" …" if begin[3:] else "")

@@ -9,7 +9,7 @@ from dataclasses import replace
 from datetime import date
 
 from pretravel.base import DEGREE, PretravelError
-from pretravel.files import shortened, telling_comments
+from pretravel.files import days_in_text, shortened, telling_comments
 from pretravel.laboratory.rig.calibration import angles_of
 from pretravel.laboratory.rig.trace import OTHER_FEED, RigTouch, RigTrace
 
@@ -25,7 +25,6 @@ _OTHER_RATE = 0.02
 _OTHER_ANGLE = 0.5 * DEGREE
 _OTHER_TEMPERATURE = 1.0
 """Of a room and a ruler in it. [K]"""
-_DAY = re.compile(r"\b((?:19|20)\d\d)-(\d\d)-(\d\d)\b|\b(\d\d?)\.(\d\d?)\.((?:19|20)\d\d)\b")
 _DAYS = 7
 """Between traces of one calibration."""
 _QUOTED = 3
@@ -114,11 +113,4 @@ def _form(text: str) -> str:
 
 def _day(trace: RigTrace) -> date | None:
     """The first date in the comments of a trace; None without one."""
-    for _, line in trace.comments:
-        for year, month, day, day_first, month_next, year_last in _DAY.findall(line):
-            parts = (year, month, day) if year else (year_last, month_next, day_first)
-            try:
-                return date(*map(int, parts))
-            except ValueError:
-                continue
-    return None
+    return next((day for _, line in trace.comments for day in days_in_text(line)), None)
