@@ -18,7 +18,7 @@ _OF_LENGTH = re.compile(
 )
 _STATES = (
     r"\b(?:tip|ball|probe|stylus|taster|tastkugel|kugel|ruler|scale|encoder|laser|reference|rig|"
-    r"machine|azimuth|direction|polar|gain|range|filter|k|u|standard)\b[^\d\n]*+\d|"
+    r"machine|azimuth|direction|polar|gain|range|filter|k|u|standard)\b[^\d\n]{0,60}+\d|"
     r"\d\s?(?:k?Hz|S/s|V|nm|[µμu]m|mm|K|°|deg|rad|%)(?!\w)|\b(?:S/?N|serial)\b|"
     r"\b(?:expanded|rectangular|triangular|half.?width|divisor|correlat\w*|valid|expire\w*|until|"
     r"deviations?|invert\w*|revers\w*|active (?:low|high)|decreas\w*|negative|fahrenheit)\b|"

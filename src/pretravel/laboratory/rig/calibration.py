@@ -288,7 +288,7 @@ def doubts_of_names(traces: Sequence[str]) -> tuple[str, ...]:
     >>> doubts_of_names(["rig_000_1", "old_030_1"])[0][:45]
     "the names of the traces begin with 'old' and "
     >>> doubts_of_names(["rig_030"])[0][:42]
-    "rig_030: read as touch 30 in the direction"
+    'rig_030: read as touch 30 in the direction'
     """
     begin = sorted({trace[: at.start()] for trace in traces if (at := _NAME.search(trace))})
     found = []

@@ -15,9 +15,11 @@ from pretravel.laboratory.rig.trace import OTHER_FEED, RigTouch, RigTrace
 
 _NUMBER = r"(-?\d+(?:[.,]\d+)?)"
 _RATE = re.compile(
-    rf"\b(?:sampl\w*|scan\w*|abtast\w*|rate|f_?s)\b[^\d\n]*?{_NUMBER}\s?(k?)(?:Hz|S/s)", re.I
+    rf"\b(?:sampl\w*|scan\w*|abtast\w*|rate|f_?s)\b[^\d\n]{{0,40}}?{_NUMBER}\s?(k?)(?:Hz|S/s)", re.I
 )
-_FEED = re.compile(rf"\b(?:feed|speed|vorschub)\b\D*?{_NUMBER}\s?(mm/min|mm/s|[µμu]m/s)", re.I)
+_FEED = re.compile(
+    rf"\b(?:feed|speed|vorschub)\b\D{{0,40}}?{_NUMBER}\s?(mm/min|mm/s|[µμu]m/s)", re.I
+)
 _PER_MINUTE = {"mm/min": 1.0, "mm/s": 60.0}
 _AZIMUTH = re.compile(rf"\b(?:azimuth|direction|richtung)\b\W*{_NUMBER}\s?(?:°|deg|$)", re.I)
 _TEMPERATURE = re.compile(rf"\btemp(?:eratur\w*|\.)?\W*{_NUMBER}\s?(?:°\s?)?C\b", re.I)
