@@ -10,6 +10,9 @@ from .column_names import ROLES as ROLES
 from .column_names import column_name as column_name
 from .column_names import unit_of as unit_of
 from .column_names import unit_of_title as unit_of_title
+from .comments_of_tables import comments_not_read as comments_not_read
+from .comments_of_tables import refuse_other_comments as refuse_other_comments
+from .comments_of_tables import telling_comments as telling_comments
 from .csv_table import CsvTable as CsvTable
 from .csv_table import csv_table_text as csv_table_text
 from .csv_table import read_csv_table as read_csv_table
@@ -132,6 +135,7 @@ from .touches_csv import read_plan as read_plan
 from .touches_csv import read_targets as read_targets
 from .touches_csv import read_touches as read_touches
 from .touches_csv import write_touches as write_touches
+from .words_of_lines import days_in_text as days_in_text
 from .words_of_lines import joined_axes as joined_axes
 from .words_of_lines import plain_axes as plain_axes
 from .words_of_lines import units_in_text as units_in_text

@@ -50,6 +50,7 @@ class CsvTable:
         Names of other columns of the file.
     of_touches : bool
         A line can be excluded where touches are read, and only there.
+    comments : tuple of line and text
     """
 
     path: str
@@ -61,6 +62,7 @@ class CsvTable:
     titles: Mapping[str, str] = field(default_factory=dict)
     unread: tuple[str, ...] = ()
     of_touches: bool = False
+    comments: tuple[tuple[int, str], ...] = ()
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -206,8 +208,12 @@ def read_csv_table(source: Source) -> CsvTable:
     header_line = 0
     rows: list[list[str]] = []
     lines: list[int] = []
+    comments: list[tuple[int, str]] = []
     for number, line in enumerate(_text(file).splitlines(), start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
+        if line.lstrip().startswith("#"):
+            comments.append((number, line.strip()))
+            continue
+        if not line.strip():
             continue
         cells = _cells(file, line, number)
         if header is None:
@@ -228,7 +234,7 @@ def read_csv_table(source: Source) -> CsvTable:
     if not rows:
         raise file.error("the file has a header but no rows", header_line)
     columns = dict(zip(header, zip(*rows, strict=True), strict=True))
-    return CsvTable(file.path, columns, tuple(lines), header_line)
+    return CsvTable(file.path, columns, tuple(lines), header_line, comments=tuple(comments))
 
 
 def _text(file: SourceFile) -> str:

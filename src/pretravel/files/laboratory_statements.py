@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, fields
 
 from pretravel.base import STEEL_EXPANSION
 from pretravel.files.report_tables import REPORT_TABLES
+from pretravel.files.words_of_lines import days_in_text
 
 
 def _statement(meaning: str) -> str:
@@ -221,22 +222,49 @@ class LaboratoryStatements:
             ("feed", self.method.feed, _FEED, 0.0),
         ):
             value = used.get(name)
-            stated = [_number("".join(each)) for each in pattern.findall(text)]
+            stated = (
+                _feeds(text)
+                if name == "feed"
+                else [_number("".join(each)) for each in pattern.findall(text)]
+            )
+            if name == "temperature" and _FAHRENHEIT.search(text):
+                stated = [(each - 32.0) / 1.8 for each in stated]
             if not (isinstance(value, (int, float)) and stated):
                 continue
             if min(abs(each - value) for each in stated) > apart:
                 yield name, f"what is used: it gives '{text}', and {value:g} is used"
         yield from self._other_u(used)
         rod, fed = used.get("rod_feed"), self.method.feed
-        stated = [_number(each) for each in _FEED.findall(fed)]
+        stated = _feeds(fed)
         of_rod = rod if isinstance(rod, float) else math.nan
         apart = min((abs(each / of_rod - 1.0) for each in stated), default=0.0)
         if apart > _ROD_FEEDS_APART:  # not of a nan
             yield "traces", f"the traces: it gives '{fed}', and their rod has {of_rod:.3g} mm/min"
+        yield from self._other_days()
         item, probe = self.item.serial_number, self.instrument.probe_serial_number
         one, other = _WITH_DIGITS.findall(item), _WITH_DIGITS.findall(probe)
         if one and other and not {*one} & {*other}:
             yield "lab", f"itself: the calibrated item has number '{item}', the probe '{probe}'"
+
+    def _other_days(self) -> Iterator[tuple[str, str]]:
+        """Dates of a certificate in another order than its work; standards that were not valid."""
+        received, calibrated, issued = (
+            next(iter(days_in_text(text)), None)
+            for text in (self.item.received, self.item.calibrated, self.certificate.date_of_issue)
+        )
+        for one, what, later, then in (
+            (received, "received", calibrated, "calibrated"),
+            (calibrated, "calibrated", issued, "issued"),
+        ):
+            if one and later and later < one:
+                yield "lab", f"itself: it was {what} on {one} and {then} on {later}"
+        measured = calibrated or next(iter(days_in_text(self.measurement.date)), None)
+        if measured is None:
+            return
+        for text in (self.traceability.statement, self.reference.certificate):
+            until = max(days_in_text(text), default=measured)
+            if _EXPIRES.search(text) and until < measured:
+                yield "lab", f"itself: it gives '{text}', and the measurement is of {measured}"
 
     def warm_reference(self, diameter: float, u_temperature: float) -> str:
         """A sentence where a reference is not at the temperature at which its diameter holds.
@@ -309,7 +337,8 @@ _OF_TIP = re.compile(
     re.IGNORECASE,
 )
 _DEGREES = re.compile(r"^\D{0,3}(-?\d+(?:[.,]\d+)?)")
-_FEED = re.compile(r"(\d+(?:[.,]\d+)?) ?mm/min")
+_FAHRENHEIT = re.compile(r"\d ?°? ?F\b")
+_FEED = re.compile(r"(\d+(?:[.,]\d+)?) ?mm/(min|s)\b")
 _UNCERTAINTY = re.compile(
     r"(?:\b([Uu])(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]|±)\s?(\d+(?:[.,]\d+)?) ?(nm|[µμu]m|mm)\b"
 )
@@ -322,6 +351,15 @@ _WITH_DIGITS = re.compile(r"\w*\d\w*")
 
 def _number(text: str) -> float:
     return float(text.replace(",", "."))
+
+
+def _feeds(text: str) -> list[float]:
+    """Feeds in a text. [mm/min]"""
+    found = [(_number(size), unit) for size, unit in _FEED.findall(text)]
+    return [60.0 * size if unit == "s" else size for size, unit in found]
+
+
+_EXPIRES = re.compile(r"\b(?:until|valid to|till|expire\w*|gültig bis)\b", re.IGNORECASE)
 
 
 _DIAMETERS_APART = 0.5

@@ -229,7 +229,7 @@ class StatedRows:
         """Sentences that name the lines that are not known, or say that nothing was measured."""
         return (
             *unknown_lines(self.unknown),
-            *_lines_not_read(self.named),
+            *lines_not_read(self.named),
             *conditions_not_read(self.before, f"{_CONDITIONS}|{_TIP_SIZE}"),
             *nothing_measured(self.unmeasured),
         )
@@ -380,12 +380,11 @@ an option"
     """
     found = [(number, line) for number, line in before if re.search(words, line, re.IGNORECASE)]
     return tuple(
-        f"{said}. Give what it states in a column or as an option"
-        for said in _lines_not_read(found)
+        f"{said}. Give what it states in a column or as an option" for said in lines_not_read(found)
     )
 
 
-def _lines_not_read(lines: Sequence[Record]) -> tuple[str, ...]:
+def lines_not_read(lines: Sequence[Record]) -> tuple[str, ...]:
     """A sentence that quotes lines which are not read."""
     if not lines:
         return ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -61,6 +62,24 @@ def _can_have_touches(path: Path) -> bool:
     )
 
 
+_LAST_NUMBER = re.compile(r"(\d{1,3})\D*$")
+
+
+def _refuse_exchanged(paths: Sequence[Path], spindle: Sequence[float]) -> None:
+    """Refuse orientations [rad] of which the names of the files have the same in another order."""
+    found = [_LAST_NUMBER.search(path.stem) for path in paths]
+    named = [int(each[1]) for each in found if each is not None]
+    given = [round(math.degrees(angle), 6) for angle in spindle]
+    if named == given or sorted(named) != sorted(given):
+        return
+    path, angle = next((p, a) for p, n, a in zip(paths, named, given, strict=True) if n != a)
+    raise PretravelError(
+        f"{path.name} is given the orientation {angle:g}°, and the names of the files have the "
+        "same angles in another order: give the files and their orientations in one order",
+        inputs=("spindle",),
+    )
+
+
 def read_series(
     paths: Sequence[Path],
     options: ReadingOptions | None = None,
@@ -99,6 +118,8 @@ def read_series(
             f"file{'s' if len(paths) > 1 else ''}: each file has one",
             inputs=("spindle",),
         )
+    if spindle is not None:
+        _refuse_exchanged(paths, spindle)
     if len(paths) == 1:
         only = _at(read_readings(paths[0], options, file_format=file_format), angles[0])
         return _each_once(only, options)

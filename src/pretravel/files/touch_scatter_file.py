@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, InputError, PretravelError, parsed_json
+from pretravel.files.comments_of_tables import telling_comments
 from pretravel.files.csv_table import read_csv_table
 from pretravel.files.source_file import opened, shortened
 from pretravel.measurement import TouchScatter
@@ -36,6 +37,13 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
     columns = _directions_of_result(path) if path.suffix.lower() == ".json" else None
     if columns is None:
         table = read_csv_table(path)
+        for number, line in telling_comments(table.comments):
+            raise InputError(
+                f"'{shortened(line)}' is not read: what separate writes has no comments. Take it "
+                "away if the columns are what their names say",
+                path=path,
+                line=number,
+            )
         needed = ("kind", "variance_um2", "azimuth_deg")
         table.require(*needed, what="a separation of machine and probe")
         table.refuse_others(*_COLUMNS, what="a separation of machine and probe")
@@ -56,6 +64,7 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
         error = [_number_or_nan(cell) for cell in columns.get("systematic_um", ())]
         own = np.array(error)[kinds == "machine"] * MICROMETRE if error else np.zeros(0)
         of_machine, of_probe = kinds == "machine", kinds == "probe"
+        _refuse_other_units(path, kinds, values["azimuth_deg"], values["variance_um2"])
         _refuse_gaps(path, kinds, np.round(np.mod(values["azimuth_deg"], 360.0), 6), own)
         return TouchScatter(
             azimuth[of_machine],
@@ -64,10 +73,40 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
             variance[of_probe],
             machine_error=own if np.all(np.isfinite(own)) else np.zeros(0),
         )
-    except (TypeError, ValueError) as error:
-        raise InputError(f"a variance or azimuth is not a number ({error})", path=path) from None
+    except InputError:
+        raise
     except PretravelError as error:
         raise InputError(str(error), path=path) from None
+    except (TypeError, ValueError) as error:
+        raise InputError(f"a variance or azimuth is not a number ({error})", path=path) from None
+
+
+_SMALLEST = 1e-5
+"""Mean variance of a pair: a touch scatters by more than 3 nm. [µm²]"""
+
+
+def _refuse_other_units(
+    path: Path, kinds: npt.NDArray[np.str_], azimuth: FloatArray, variance: FloatArray
+) -> None:
+    """Refuse azimuths [°] and variances [µm²] that only another unit explains."""
+    pair = 0.0
+    for kind in ("machine", "probe"):
+        own = np.sort(np.mod(azimuth[kinds == kind], 360.0))
+        if len(own) > 1 and np.all(np.isfinite(own)):
+            widest = float(np.max(np.diff(own, append=own[0] + 360.0)))
+            if widest > 180.0:
+                raise InputError(
+                    f"the directions of the {kind} lie within {360.0 - widest:.3g}°: is "
+                    "azimuth_deg in degrees?",
+                    path=path,
+                )
+        pair += float(np.mean(variance[kinds == kind])) if len(own) else math.nan
+    if 0.0 <= pair < _SMALLEST:
+        raise InputError(
+            f"machine and probe have a variance of {pair:.2g} µm² together, less than any touch: "
+            "is variance_um2 in µm²?",
+            path=path,
+        )
 
 
 def _refuse_gaps(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from datetime import date
 
 from pretravel.files.column_names import unit_of
 
@@ -157,4 +158,23 @@ def units_in_text(notes: Sequence[str]) -> set[str]:
             unit = {"G20": "inch", "G21": "mm"}.get(code.upper()) or unit_of(word or of_values)
             if unit not in (None, "1"):
                 found.add(str(unit))
+    return found
+
+
+_DAY = re.compile(r"\b((?:19|20)\d\d)-(\d\d)-(\d\d)\b|\b(\d\d?)\.(\d\d?)\.((?:19|20)\d\d)\b")
+
+
+def days_in_text(text: str) -> list[date]:
+    """The dates in a text that can be read in one way.
+
+    >>> days_in_text("calibrated 2026-03-14, valid until 14.03.2027, not 3/4/2026")
+    [datetime.date(2026, 3, 14), datetime.date(2027, 3, 14)]
+    """
+    found = []
+    for year, month, day, day_first, month_next, year_last in _DAY.findall(text):
+        parts = (year, month, day) if year else (year_last, month_next, day_first)
+        try:
+            found.append(date(*map(int, parts)))
+        except ValueError:
+            continue
     return found

@@ -12,6 +12,7 @@ from pretravel.laboratory.rig.budget import (
     calibration_budget,
     constant_and_slope,
     length_budget,
+    rig_sources,
 )
 from pretravel.laboratory.rig.calibration import DirectionPerformance, RigCalibration
 from pretravel.laboratory.rig.left_out import left_out_sentences
@@ -30,11 +31,14 @@ class CertifiedDirection:
         Expanded uncertainty of the mean pretravel, for the number of its touches. [mm]
     coverage_factor : float
         k of the expanded uncertainty.
+    expanded_hysteresis : float
+        Expanded uncertainty of the mean hysteresis, of repeats and rig. [mm]
     """
 
     performance: DirectionPerformance
     expanded: float
     coverage_factor: float
+    expanded_hysteresis: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,4 +125,21 @@ def _certified_direction(
     """The mean pretravel of a direction with U and k, for its number of touches."""
     single = calibration_budget(calibration, components, direction=direction)
     budget = length_budget(single, abs(direction.pretravel))
-    return CertifiedDirection(direction, budget.expanded(), budget.coverage_factor())
+    return CertifiedDirection(
+        direction,
+        budget.expanded(),
+        budget.coverage_factor(),
+        _expanded_hysteresis(components, direction),
+    )
+
+
+def _expanded_hysteresis(
+    components: Sequence[LengthComponent], direction: DirectionPerformance
+) -> float:
+    """Of the repeats and of the rig, whose ruler reads both ends as those of a pretravel. [mm]"""
+    if math.isnan(direction.hysteresis):
+        return math.nan
+    length, repeats = abs(direction.hysteresis), direction.expanded_hysteresis
+    if math.isnan(repeats):  # nothing was repeated: the budget's repeatability counts
+        return length_budget(components, length).expanded()
+    return math.hypot(length_budget(rig_sources(components), length).expanded(), repeats)

@@ -246,15 +246,20 @@ class LaboratoryReport(Reported):
         from pretravel.files import read_laboratory
 
         found = read_laboratory(self.lab)
+        self.compare_statements(found, **read)
+        return found
+
+    def compare_statements(self, found: LaboratoryStatements, **read: float | None) -> None:
+        """Refuse what the laboratory states against a setting or a file, as `statements`."""
         every = {name: getattr(self, name) for name in by_name(type(self))}
         used = {key: value for key, value in every.items() if not unused(type(self), key, every)[0]}
         used |= {key: value for key, value in read.items() if used.get(key) is None}
         for setting, said in found.contradictions(used):
             raise PretravelError(
-                f"{self.lab.name} contradicts {said}. Correct the one that is wrong",
+                f"{self.lab.name if self.lab else 'the laboratory'} contradicts {said}. Correct "
+                "the one that is wrong",
                 inputs=tuple(dict.fromkeys(("lab", setting))),
             )
-        return found
 
     def statement_warnings(self) -> list[str]:
         """Warnings about the laboratory's statements: of a warm reference, of what is not shown."""
@@ -262,7 +267,7 @@ class LaboratoryReport(Reported):
 
     def _warm_reference(self) -> list[str]:
         diameter, u = (getattr(self, name, None) for name in ("diameter", "u_temperature"))
-        found = self.statements()
+        found = None if diameter is None or u is None else self.statements()
         if found is None or diameter is None or u is None:
             return []
         said = found.warm_reference(diameter, u)

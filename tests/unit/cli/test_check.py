@@ -42,6 +42,17 @@ class TestStandards:
         text = run("check", "iso10360-5", touches, "--diameter", 25, "--tip-diameter", 6)
         assert "(cumulatively)" in text.replace("\n", " ")
 
+    @pytest.mark.parametrize(("feed", "named"), [(100, False), (300, True)])
+    def test_touches_at_two_feeds_are_named(self, tmp_path: Path, feed: int, named: bool) -> None:
+        """A delay of 5 ms at 300 mm/min is 17 µm more than at 100: it looks like form."""
+        touches = tmp_path / "s.csv"
+        head, *lines = SPHERE.read_text("utf-8").splitlines()
+        feeds = [100] * (len(lines) // 2) + [feed] * (len(lines) - len(lines) // 2)
+        own = [f"{line},{each}" for line, each in zip(lines, feeds, strict=True)]
+        touches.write_text("\n".join([f"{head},feed_mm_min", *own]) + "\n", "utf-8")
+        _, said = both_outputs("check", "iso10360-5", touches, "--diameter", 24.9987)
+        assert ("the touches are at 100 to 300 mm/min" in " ".join(said.split())) is named
+
     def test_map_puts_form_and_size_right(self, tmp_path: Path) -> None:
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "physical",
             "-o", tmp_path / "map.json")  # fmt: skip

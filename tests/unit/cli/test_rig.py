@@ -106,6 +106,21 @@ class TestRig:
         assert "µm in" in content.document.verdict
         assert "U up to" in content.document.verdict
 
+    def test_the_file_of_the_laboratory_is_read_once(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Its feed is compared with that of the traces, 3 mm/min, from what was read."""
+        import pretravel.files as files
+
+        read, reads = files.read_laboratory, []
+        monkeypatch.setattr(files, "read_laboratory", lambda path: reads.append(path) or read(path))
+        lab = tmp_path / "lab.toml"
+        lab.write_text('[method]\nfeed = "3 mm/min"\n', "utf-8")
+        run("rig", *TRACES, "--lab", lab)
+        assert reads == [lab]
+        lab.write_text('[method]\nfeed = "30 mm/min"\n', "utf-8")
+        assert "lab.toml contradicts the traces" in run("rig", *TRACES, "--lab", lab, code=2)
+
     def test_a_moved_mark_moves_the_result_and_widens_u(self, tmp_path: Path) -> None:
         before, after = tmp_path / "before.csv", tmp_path / "after.csv"
         run("rig", *TRACES, "-o", before)

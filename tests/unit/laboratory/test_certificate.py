@@ -22,6 +22,7 @@ from pretravel.laboratory.rig.budget import (
     calibration_budget,
     constant_and_slope,
     length_budget,
+    rig_sources,
 )
 from pretravel.laboratory.rig.calibration import calibrate_rig
 from pretravel.laboratory.rig.trace import RigTouch
@@ -75,6 +76,11 @@ def test_every_field() -> None:
         )
         assert one.expanded == pytest.approx(budget.expanded())
         assert one.coverage_factor == pytest.approx(budget.coverage_factor())
+        # Both ends of a hysteresis are read by the same ruler; its repeats are its own.
+        rig = 2.0 * length_budget(rig_sources(REN_BUDGET), 0.0).combined
+        assert one.expanded_hysteresis == pytest.approx(
+            math.hypot(rig, one.performance.expanded_hysteresis), rel=1e-6
+        )
     plain = calibration_certificate(calibration, REN_BUDGET, statements)
     assert (plain.budget_source, plain.temperature) == ("", 20.0)
     # One source of many that has both parts: u(L)² is no longer constant² + (slope L)².
@@ -111,3 +117,37 @@ def test_statements_of_a_certificate_and_of_reports() -> None:
         assert statement.text == getattr(part, statement.key)
         meanings = {f.name: f.metadata["meaning"] for f in fields(part)}
         assert statement.meaning == meanings[statement.key]
+
+
+class TestContradictions:
+    @staticmethod
+    def _said(used: dict[str, object] | None = None, **texts: str) -> list[str]:
+        """Statements by table__key."""
+        stated = LaboratoryStatements()
+        for place, text in texts.items():
+            table, key = place.split("__")
+            stated = replace(stated, **{table: replace(getattr(stated, table), **{key: text})})
+        return [said for _, said in stated.contradictions(used or {})]
+
+    def test_the_order_of_dates(self) -> None:
+        days = {"item__received": "2026-03-01", "item__calibrated": "2.3.2026"}
+        assert self._said(**days, certificate__date_of_issue="2026-03-02") == []
+        (early,) = self._said(**days, certificate__date_of_issue="2026-02-02")
+        assert early == "itself: it was calibrated on 2026-03-02 and issued on 2026-02-02"
+        (late,) = self._said(item__received="2026-03-09", item__calibrated="2026-03-02")
+        assert late == "itself: it was received on 2026-03-09 and calibrated on 2026-03-02"
+
+    def test_a_reference_that_was_not_valid(self) -> None:
+        day = "2026-03-02, 10:15"
+        text = "No. 7 of 2024-03-01, valid until 2025-03-01"
+        (said,) = self._said(measurement__date=day, reference__certificate=text)
+        assert said == f"itself: it gives '{text}', and the measurement is of 2026-03-02"
+        for valid in ("No. 7 of 2025-03-01", "valid until 2027-03-01", "valid"):
+            assert self._said(measurement__date=day, reference__certificate=valid) == []
+
+    def test_feed_and_temperature_in_other_units(self) -> None:
+        """3 mm/s are 180 mm/min; 68 °F are 20 °C, 80 °F 26.7 °C."""
+        assert self._said({"rod_feed": 180.0}, method__feed="3 mm/s") == []
+        assert len(self._said({"rod_feed": 3.0}, method__feed="3 mm/s")) == 1
+        assert self._said({"temperature": 20.0}, conditions__temperature="68 °F") == []
+        assert len(self._said({"temperature": 20.0}, conditions__temperature="80 °F")) == 1

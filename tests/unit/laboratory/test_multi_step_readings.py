@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.laboratory.separation.multi_step_readings import (
     MultiStepReadings,
     RepeatedPair,
@@ -23,6 +24,7 @@ from pretravel.laboratory.separation.multi_step_readings import (
     weighted_fit,
     weighted_residuals,
 )
+from pretravel.laboratory.separation.separation_csv import read_multi_step_test
 
 MACHINE = np.array([11, 11, 12, 12, 12, 13, 14, 14, 15, 15, 13, 13])
 PROBE = np.array([31, 32, 33, 34, 31, 32, 32, 34, 33, 34, 31, 31])
@@ -126,3 +128,35 @@ def test_groups_of_readings_without_a_common_direction_are_listed() -> None:
     with pytest.raises(PretravelError, match=r"4 groups .*machine 4 with probe 9; …\): each"):
         check_connected(four)
     check_connected(multi_step_design(MultiStepReadings([1, 1, 2, 2], [5, 6, 6, 5], np.zeros(4))))
+
+
+class TestTables:
+    HEAD = "machine_index,probe_index,error_um"
+    ROWS = tuple(f"{i},{j},{i - 2 * j + 0.25 * i * j}" for i in (1, 2, 3) for j in (1, 2, 3))
+
+    def _read(self, folder: Path, *lines: str) -> tuple[str, ...]:
+        path = folder / "readings.csv"
+        path.write_text("\n".join(lines) + "\n")
+        return read_multi_step_test(path)[2]
+
+    def test_comments(self, tmp_path: Path) -> None:
+        (said,) = self._read(tmp_path, "# tip 4 mm", self.HEAD, *self.ROWS)
+        assert said == "not read: line 1 '# tip 4 mm'"
+        with pytest.raises(InputError, match="line 1: '# errors in nm' gives the unit nm"):
+            self._read(tmp_path, "# errors in nm", self.HEAD, *self.ROWS)
+        with pytest.raises(InputError, match="line 3: '# tip changed' is between the rows"):
+            self._read(tmp_path, self.HEAD, self.ROWS[0], "# tip changed", *self.ROWS[1:])
+
+    def test_a_column_of_units(self, tmp_path: Path) -> None:
+        for unit in ("µm", "nm"):
+            lines = [f"{self.HEAD},unit", *(f"{row},{unit}" for row in self.ROWS)]
+            if unit == "µm":
+                assert self._read(tmp_path, *lines) == ()
+                continue
+            with pytest.raises(InputError, match="unit is 'nm', and error_um is in µm"):
+                self._read(tmp_path, *lines)
+
+    def test_readings_in_mm(self, tmp_path: Path) -> None:
+        rows = [f"{i},{j},{1e-3 * (i - j)}" for i in (1, 2, 3) for j in (1, 2, 3)]
+        with pytest.raises(InputError, match=r"differs by 0\.004 over the readings"):
+            self._read(tmp_path, self.HEAD, *rows)

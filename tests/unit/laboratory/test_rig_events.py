@@ -404,7 +404,7 @@ class TestMovedMarks:
         others = [replace(self.TOUCH, trace=f"rig_{i}", feed=3.0 + 0.1 * i) for i in range(3)]
         assert not notes_of_touches(others)
         (note,) = notes_of_touches([*others, replace(self.TOUCH, feed=6.0)])
-        assert note.startswith("rig_030_1: touched at 6 mm/min, most traces at 3.15")
+        assert note.startswith("rig_030_1: touched at 6 mm/min, most traces at 3.2")
 
     def test_other_events_and_positions_are_refused(self) -> None:
         for marks in ({"r4": 1.0}, {"r0": math.inf}):

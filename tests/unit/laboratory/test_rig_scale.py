@@ -137,7 +137,9 @@ def test_rig_with_a_scale(tmp_path: Path) -> None:
     shown = run("rig", *TRACES, "--scale", file, "--plot", tmp_path / "rig.png")
     assert "periodic part of the ruler" in shown
     run("rig", *TRACES, "--scale", file, "-o", tmp_path / "rig.json")
-    (budget,) = read_result(tmp_path / "rig.json").document.budgets
+    written = read_result(tmp_path / "rig.json").document
+    assert "periodic part of the ruler" in [figure.name for figure in written.figures]
+    (budget,) = written.budgets
     names = [c.name for c in budget.components if c.name.startswith("grating scale")]
     assert names == [
         "grating scale, checked: periodic part and scatter",

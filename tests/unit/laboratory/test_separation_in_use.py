@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -243,10 +244,24 @@ def test_read_scatter_has_the_machines_errors(separated: Path) -> None:
         (text.replace("probe", "Probe"), "kind is 'Probe'"),
         (text.replace("-0.6", "", 1), "systematic_um of the machine is empty in some rows"),
         ("\n".join([f"{head},unit", *(f"{row},nm" for row in (first, *others))]), "'unit'"),
+        (f"# standard deviations, 20 µm\n{text}", "line 1: '# standard deviations, 20 µm' is not"),
+        (text.split("probe")[0], "^[^(]*azimuths of its probe"),
+        (_with_column(text, "azimuth_deg", math.radians(1.0)), "machine lie within 4.71°"),
+        (_with_column(text, "variance_um2", 1e-6), r"variance of \S+ µm² together, less than any"),
     ):
         separated.write_text(other)
-        with pytest.raises(PretravelError, match=reason):
+        with pytest.raises(PretravelError, match=reason) as refused:
             read_touch_scatter(separated)
+        assert str(refused.value).count(separated.name) == 1
+
+
+def _with_column(text: str, name: str, factor: float) -> str:
+    """A table with one column in another unit."""
+    head, *rows = [line.split(",") for line in text.splitlines()]
+    place = head.index(name)
+    for row in rows:
+        row[place] = str(factor * float(row[place]))
+    return "\n".join(",".join(row) for row in (head, *rows)) + "\n"
 
 
 @pytest.mark.long

@@ -9,6 +9,7 @@ o exp(i a). Circles are fitted by scipy.
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
+from pretravel.files.several_files import read_series
 from pretravel.laboratory.standards.iso230_10_tip_offset import check_tip_offset
 from pretravel.laboratory.standards.standard_check import CalibratedSphere, StandardCheck
 from pretravel.laboratory.standards.tip_offset import fit_tip_offset, turns_the_other_way
@@ -446,3 +448,13 @@ class TestClockwise:
         assert found.dof == 0
         assert not turns_the_other_way(found)
         assert np.abs(found.residuals).max() < 1e-12
+
+
+def test_orientations_in_another_order_than_the_names_are_refused(tmp_path: Path) -> None:
+    """The offset would have the other sign."""
+    paths = [tmp_path / "at_180.csv", tmp_path / "at_000.csv"]
+    for path in paths:
+        path.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n1,0,0,1,0,0\n0,1,0,0,1,0\n-1,0,0.1,-1,0,0\n")
+    read_series(paths, spindle=[math.pi, 0.0])
+    with pytest.raises(PretravelError, match=r"at_180\.csv is given the orientation 0°"):
+        read_series(paths, spindle=[0.0, math.pi])

@@ -43,7 +43,7 @@ from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.touch_plan import plan_touches
 from pretravel.show.as_json import document_values
 from pretravel.show.document import Document
-from pretravel.show.formatting import expanded_text, figure_text, value_text
+from pretravel.show.formatting import decimals, expanded_text, figure_text, value_text
 from pretravel.show.page import page_text
 from pretravel.show.terminal import terminal_text
 from pretravel.task.standards import STANDARDS
@@ -197,6 +197,15 @@ def test_a_mean_from_few_repeats_has_the_k_of_their_number() -> None:
     figures = [figure for section in _certificate().sections for figure in section.figures]
     (mean,) = [figure for figure in figures if figure.name == "pretravel r1 - r0"]
     assert mean.coverage_factor == pytest.approx(3.31, abs=0.005)
+
+
+def test_results_of_a_certificate_have_the_digits_of_their_u() -> None:
+    """Two digits of U, and the result to the same place (GUM, 7.2.6): U is about 0.2 µm."""
+    tables = [table for section in _certificate().sections for table in section.tables]
+    columns = {column.name: column for column in tables[0].columns}
+    assert min(columns["U"].values) > 0.1
+    for name in ("pretravel", "U", "hysteresis", "U of hysteresis"):
+        assert columns[name].digits == decimals(2), name
 
 
 def test_a_quantity_with_a_budget_has_the_u_of_its_budget() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -32,6 +33,8 @@ class LengthComponent:
         Whether the repeats of a calibration replace this source.
     thermal : bool
         Whether `thermal_components` replace this source.
+    remark : str
+        For people.
     """
 
     source: str
@@ -41,10 +44,20 @@ class LengthComponent:
     dof: float = math.inf
     repeatability: bool = False
     thermal: bool = False
+    remark: str = ""
 
 
 _SMALLEST_OF_A_RIG = 1e-6
+_LARGEST_OF_A_RIG = 1e-3
 """Standard uncertainty of a whole rig; Ren's has 0.058 µm without its repeatability. [mm]"""
+_EXPANDED = re.compile(
+    r"\bk\s?=\s?(?!1(?:\.0*)?\b)\d|\b(?:expanded|erweitert\w*|rectang\w*|triang\w*|u-shaped|"
+    r"half.?widths?|divisor|sensitiv\w*|correlat\w*|nm)\b|±|\d\s?%",
+    re.IGNORECASE,
+)
+_CONVERTED = re.compile(r"divid|÷|/\s?(?:√|sqrt|[23k]\b)|geteilt|standard", re.IGNORECASE)
+"""Words of a source that has to be converted to a standard uncertainty, and of a converted one."""
+_OF_TEMPERATURE = re.compile(r"temperatur|thermal|expansion|thermisch|ausdehnung", re.IGNORECASE)
 REN_BUDGET: tuple[LengthComponent, ...] = (
     LengthComponent("probing", "A", 0.034e-3),
     LengthComponent("calibration of probe", "B", 0.030e-3),
@@ -95,14 +108,27 @@ def abbe_component(offset: float, u_tilt: float) -> LengthComponent:
     u_tilt : float
         Standard uncertainty of the turn of the guide over the travel. [rad]
 
+    Raises
+    ------
+    PretravelError
+        A tilt that is negative or smaller than any guide's.
+
     >>> abbe_component(10.0, 2e-6).source
     'Abbé error (10 mm, 2 µrad)'
     """
+    if u_tilt < 0.0 or 0.0 < u_tilt < _SMALLEST_TILT:
+        raise PretravelError(
+            f"the standard uncertainty of the guide's tilt is {u_tilt * 1e6:g} µrad: it is not "
+            "negative, and that of a good guide is about 1 µrad. 1 arc second is 4.85 µrad",
+            inputs=("abbe",),
+        )
     return LengthComponent(
         f"Abbé error ({offset:g} mm, {u_tilt * 1e6:g} µrad)", "B", abs(abbe_error(offset, u_tilt))
     )
 
 
+_SMALLEST_TILT = 1e-8
+"""[rad]"""
 _EXPANSION = 1e-3
 """More than that of any solid. [1/K]"""
 _FROM_20 = 100.0
@@ -279,14 +305,65 @@ def budget_doubts(components: Sequence[LengthComponent]) -> tuple[str, ...]:
     ()
     """
     rig = rig_sources(components)
-    empty = [f"'{c.source}'" for c in rig if not c.constant and not c.per_length]
-    doubts = [f"the budget has no uncertainty for {', '.join(empty)}: 0 or empty"]
+    found = []
+    if empty := [f"'{c.source}'" for c in rig if not c.constant and not c.per_length]:
+        found.append(f"the budget has no uncertainty for {', '.join(empty)}: 0 or empty")
     combined = length_budget(rig, 0.0).combined
-    small = (
-        f"the sources of the rig in the budget have u = {combined / MICROMETRE:.2g} µm together, "
-        "less than any rig: are they standard uncertainties, and in µm?"
-    )
-    return (*(doubts if empty else ()), *((small,) if combined < _SMALLEST_OF_A_RIG else ()))
+    size = f"u = {combined / MICROMETRE:.2g} µm together"
+    if combined < _SMALLEST_OF_A_RIG:
+        found.append(
+            f"the sources of the rig in the budget have {size}, less than any rig: are they "
+            "standard uncertainties, and in µm?"
+        )
+    if combined > _LARGEST_OF_A_RIG:
+        found.append(
+            f"the sources of the rig in the budget have {size}, too much to measure the pretravel "
+            "of a probe: are they in µm?"
+        )
+    if again := [f"'{c.source}'" for c in rig if "repeatab" in c.source.casefold()]:
+        found.append(
+            f"{', '.join(again)} of the budget counts with the repeatability that the traces show: "
+            "a name that begins with 'repeatability at' is replaced"
+        )
+    if other := [f"'{words}'" for c in components if _is_expanded(words := _words(c))]:
+        found.append(
+            f"the budget says {', '.join(other)}: its numbers are taken as standard uncertainties "
+            "of the length in µm (k = 1), independent of each other. Divide them, or write "
+            "'divided' in the remark"
+        )
+    return tuple(found)
+
+
+def counted_twice(components: Sequence[LengthComponent]) -> tuple[str, ...]:
+    """Sources of a budget that can be those of `thermal_components`, as a sentence.
+
+    Parameters
+    ----------
+    components : sequence of LengthComponent
+        With the lines of `thermal_components`.
+
+    >>> counted_twice((LengthComponent("ruler temperature", "B", 0.0, 6e-8),))[0][:45]
+    "'ruler temperature' of the budget counts with"
+    """
+    more = [f"'{c.source}'" for c in components if not c.thermal and _is_thermal(c.source)]
+    if not more:
+        return ()
+    said = f"{', '.join(more)} of the budget counts with the uncertainties of temperature and "
+    return (f"{said}expansion that are given: leave out what is there twice",)
+
+
+def _is_thermal(source: str) -> bool:
+    """Whether a source is of the temperature of the scale, not of its differences in space."""
+    return bool(_OF_TEMPERATURE.search(source)) and not re.search("distrib|gradient", source)
+
+
+def _is_expanded(words: str) -> bool:
+    return bool(_EXPANDED.search(words)) and not _CONVERTED.search(words)
+
+
+def _words(component: LengthComponent) -> str:
+    """Source and remark of a line."""
+    return f"{component.source}, {component.remark}" if component.remark else component.source
 
 
 def own_repeatability(

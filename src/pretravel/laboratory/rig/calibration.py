@@ -287,6 +287,34 @@ def direction_name(trace: str) -> str:
     return re.sub(r"_\d+$", "", trace)
 
 
+_NUMBER_ALONE = re.compile(r"_\d{3}$")
+
+
+def doubts_of_names(traces: Sequence[str]) -> tuple[str, ...]:
+    """Sentences on names of traces that say another thing than was meant, perhaps.
+
+    >>> doubts_of_names(["rig_000_1", "old_030_1"])[0][:45]
+    "the names of the traces begin with 'old' and "
+    >>> doubts_of_names(["rig_030"])[0][:42]
+    'rig_030: read as touch 30 in the direction'
+    """
+    begin = sorted({trace[: at.start()] for trace in traces if (at := _NAME.search(trace))})
+    found = []
+    if len(begin) > 1:
+        named = " and ".join(f"'{each}'" for each in begin[:3]) + (" …" if begin[3:] else "")
+        found.append(
+            f"the names of the traces begin with {named}: are they of one probe and stylus?"
+        )
+    if alone := [t for t in traces if not _NAME.search(t) and _NUMBER_ALONE.search(t)]:
+        number = int(alone[0][-3:])
+        found.append(
+            f"{alone[0]}: read as touch {number} in the direction '{direction_name(alone[0])}', "
+            "without angles. Is its last number an azimuth? A name ends with direction and repeat, "
+            "such as rig_030_1"
+        )
+    return tuple(found)
+
+
 def calibrate_rig(
     touches: Sequence[RigTouch],
     *,
@@ -564,12 +592,13 @@ def _with_pooled_scatter(
     squares = math.fsum(_squares(d) for d in directions)
     total = sum(d.count - 1 for d in directions)
     u_hysteresis, expanded_hysteresis = _hysteresis_scatter(groups)
-    edges = COVERAGE_FACTOR * _of_sampling([t for group in groups.values() for t in group])
+    sampling = _of_sampling([t for group in groups.values() for t in group])
+    edges = COVERAGE_FACTOR * sampling
     alike = _alike_in_repeats(list(groups.values()))
     found = []
     for d in directions:
         shown = math.sqrt(max(len(_shifts(groups[d.name])), 1))
-        more = scatters_more(_squares(d), d.count - 1, squares, total, len(directions))
+        more = scatters_more(_squares(d), d.count - 1, squares, total, len(directions), sampling)
         spread = d.repeatability if more else repeatability
         factor = coverage_factor(spread.dof) if spread.dof > 0.0 else math.nan
         u = math.hypot(spread.value / math.sqrt(d.count), shared)

@@ -11,6 +11,9 @@ import numpy as np
 from pretravel.base import MICROMETRE
 from pretravel.laboratory.rig.signals import (
     AGREEMENT,
+    LARGEST_RATIO,
+    LEAST_PUSH,
+    SETTLED,
     UNKNOWN_POSITION,
     LevelChange,
     RodMotion,
@@ -143,6 +146,28 @@ def _signal_notes(record: _Record) -> Iterator[str]:
     for name, level in (("contact", record.trace.contact), ("trigger", record.trace.trigger)):
         if not level[:20].any():
             yield f"the {name} signal is low at rest; it should be high: is it inverted?"
+    if record.trace.interval > SETTLED:
+        yield (
+            f"the samples are {1e3 * record.trace.interval:.4g} ms apart, too far to see a signal "
+            "bounce: is time_s in s?"
+        )
+    yield from _laser_notes(record)
+
+
+def _laser_notes(record: _Record) -> Iterator[str]:
+    """A laser that does not follow the rod after the contact."""
+    trace, stop = record.trace, record.motion.forward.stop - 1
+    made = [each.first for each in record.contact if not trace.contact[each.last]]
+    if not made or made[0] >= stop:
+        return
+    rod, laser = (float(values[stop] - values[made[0]]) for values in (trace.ruler, trace.laser))
+    shown = rod > LEAST_PUSH and abs(laser) > 10.0 * record.laser_noise + 0.1 * MICROMETRE
+    if shown and not 1.0 / LARGEST_RATIO < laser / rod < LARGEST_RATIO:
+        ratio = float(f"{laser / rod:.1g}")  # one note for traces that are alike
+        yield (
+            f"the laser moves by about {ratio:g} µm for each µm of the rod after the contact: is "
+            "laser_mm in mm, and does it grow as the rod pushes?"
+        )
 
 
 def _trigger(record: _Record) -> tuple[_Event, float]:

@@ -87,8 +87,10 @@ def pass_differences(groups: Mapping[str, Sequence[RigTouch]]) -> PassDifference
         return None
     left = values - both @ solution
     more, squares = len(kept) - 1, float(left @ left)
-    ratio = (float(alone @ alone) - squares) / more / max(squares / dof, 1e-24)
-    if fdtrc(more, dof, ratio) > _BY_CHANCE:
+    # Repeats that fall between the same samples scatter by less than the place of an edge.
+    edges = _squared_edges([touch for group in groups.values() for touch in group])
+    ratio = (float(alone @ alone) - squares) / more / max(squares / dof, edges, 1e-24)
+    if not fdtrc(more, dof, ratio) <= _BY_CHANCE:
         return None
     effects = np.append(solution[own.shape[1] :], -np.sum(solution[own.shape[1] :]))
     single = math.sqrt(float(effects @ effects) / more)
@@ -96,7 +98,20 @@ def pass_differences(groups: Mapping[str, Sequence[RigTouch]]) -> PassDifference
     return PassDifferences(tuple(kept.tolist()), effects, u)
 
 
-def scatters_more(own_squares: float, own_dof: float, squares: float, dof: float, of: int) -> bool:
+def _squared_edges(touches: Sequence[RigTouch]) -> float:
+    """Variance of a pretravel by edges between samples. [mm²]"""
+    known = [touch.u_pretravel for touch in touches if math.isfinite(touch.u_pretravel)]
+    return float(np.mean(np.square(known))) if known else 0.0
+
+
+def scatters_more(
+    own_squares: float,
+    own_dof: float,
+    squares: float,
+    dof: float,
+    of: int,
+    sampling: float = 0.0,
+) -> bool:
     """Whether one of several directions scatters more than the others together.
 
     Parameters
@@ -107,13 +122,17 @@ def scatters_more(own_squares: float, own_dof: float, squares: float, dof: float
         The same of all directions.
     of : int
         Number of directions.
+    sampling : float
+        Standard deviation by edges between samples: repeats that fall between the same ones hide
+        it. [mm]
 
     >>> scatters_more(50.0, 2.0, 72.0, 24.0, 12), scatters_more(4.0, 2.0, 26.0, 24.0, 12)
     (True, False)
     """
     from scipy.special import fdtrc
 
-    others, left = dof - own_dof, squares - own_squares
+    others = dof - own_dof
+    left = max(squares - own_squares, others * sampling**2)
     if own_dof <= 0.0 or others < _FEWEST or left <= 0.0:
         return False
     ratio = (own_squares / own_dof) / (left / others)

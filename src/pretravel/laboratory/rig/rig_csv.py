@@ -10,7 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import LARGEST_NUMBER, MICROMETRE, FloatArray, InputError, PretravelError
-from pretravel.files import CsvTable, files_meant, read_csv_table, shortened
+from pretravel.files import (
+    CsvTable,
+    files_meant,
+    read_csv_table,
+    refuse_other_comments,
+    shortened,
+)
 from pretravel.laboratory.rig.budget import LengthComponent
 from pretravel.laboratory.rig.calibration import angles_of
 from pretravel.laboratory.rig.scale import ScaleCheck, check_scale
@@ -22,6 +28,18 @@ OWN_TEMPERATURE = ("temperature measurement", "thermal expansion")
 """Names of sources that begin so are replaced where both uncertainties are stated."""
 BUDGET_COLUMNS = ("source", "type", "uncertainty_um", "per_metre_um")
 MORE_BUDGET_COLUMNS = ("dof", "remark")
+_RESULTS = (
+    "combined",
+    "expanded",
+    "total",
+    "sum",
+    "u(y)",
+    "uc",
+    "result",
+    "coverage",
+    "kombiniert",
+)
+"""First words of the last lines of a budget."""
 _HEAD = 4096
 """Bytes at the beginning of a file in which the names of its columns are looked for."""
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
@@ -78,6 +96,7 @@ def read_rig_trace(path: str | Path) -> RigTrace:
     table = read_csv_table(path)
     table.require(*COLUMNS, what="a rig trace")
     table.refuse_others(*COLUMNS, what="a rig trace")
+    refuse_other_comments(table, "mm")
     values = table.numbers("time_s", "ruler_mm", "laser_mm")
     try:
         return RigTrace(
@@ -87,6 +106,7 @@ def read_rig_trace(path: str | Path) -> RigTrace:
             contact=_logic(table, "contact") > 0.5,
             trigger=_logic(table, "trigger") > 0.5,
             name=Path(path).stem,
+            comments=table.comments,
         )
     except InputError:
         raise
@@ -165,18 +185,23 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
         Missing columns, columns that a budget does not have (a divisor or a k would otherwise be
         lost), values that are not numbers, types that are not A or B, a source that is given twice.
     """
-    table = read_csv_table(path)
+    return budget_of(read_csv_table(path))
+
+
+def budget_of(table: CsvTable) -> tuple[LengthComponent, ...]:
+    """The budget of a rig in a table, as `read_budget`."""
+    refuse_other_comments(table, "µm")
     table.require(*BUDGET_COLUMNS, what="a budget")
     hint = ": give standard uncertainties (k = 1)"
     table.refuse_others(*BUDGET_COLUMNS, "dof", what="a budget", hint=hint)
-    found = tuple(_budget_source(table, row, path) for row in range(len(table)))
+    found = tuple(_budget_source(table, row, table.path) for row in range(len(table)))
     names = [each.source.casefold() for each in found]
     for row, name in enumerate(names):
         if (first := names.index(name)) < row:
             raise InputError(
                 f"the source '{found[row].source}' is given a second time (first in line "
                 f"{table.lines[first]}) and would count twice: leave one out, or name both",
-                path=path,
+                path=table.path,
                 line=table.lines[row],
             )
     return found
@@ -195,7 +220,13 @@ def read_scale_check(path: str | Path) -> ScaleCheck:
     InputError
         Missing columns, values that are not numbers, runs that are not whole; as `check_scale`.
     """
-    table = read_csv_table(path)
+    return scale_check_of(read_csv_table(path))
+
+
+def scale_check_of(table: CsvTable) -> ScaleCheck:
+    """The check of a scale in a table, as `read_scale_check`."""
+    path = table.path
+    refuse_other_comments(table, "mm")
     table.require("scale_mm", "reference_mm", what="a check of a scale")
     table.refuse_others("scale_mm", "reference_mm", "run", what="a check of a scale")
     values = table.numbers("scale_mm", "reference_mm")
@@ -223,6 +254,12 @@ def _budget_source(table: CsvTable, row: int, path: str | Path) -> LengthCompone
     source = table.columns["source"][row].strip()
     if not source:
         raise InputError("a source of uncertainty needs a name", path=path, line=line)
+    if source.casefold().split()[0].strip(",:()") in _RESULTS:
+        raise InputError(
+            f"'{source}' is a result of the budget, no source: it would count twice. Leave it out",
+            path=path,
+            line=line,
+        )
     values = []
     for name in ("uncertainty_um", "per_metre_um"):
         cell = table.columns[name][row].strip()
@@ -251,6 +288,7 @@ def _budget_source(table: CsvTable, row: int, path: str | Path) -> LengthCompone
         dof,
         repeatability=source.casefold().startswith(OWN_REPEATABILITY),
         thermal=source.casefold().startswith(OWN_TEMPERATURE),
+        remark=table.columns["remark"][row].strip() if table.has("remark") else "",
     )
 
 

@@ -17,6 +17,10 @@ AGREEMENT = 0.3 * MICROMETRE
 """Largest distance between a contact by its signal and by the laser, without a note. [mm]"""
 _EDGE_SAMPLES = 15  # on either side of an edge, for the line through the ruler readings
 _KINK_TRAVEL = 3.0 * MICROMETRE  # of the laser, for the line back to the start of its motion
+LARGEST_RATIO = 3.0
+"""Of the laser's travel and the rod's after the contact."""
+LEAST_PUSH = 3.0 * MICROMETRE
+"""Travel of the rod after the contact that shows their ratio. [mm]"""
 _NORMAL = 1.4826  # standard deviation over median absolute deviation of a normal distribution
 
 
@@ -127,8 +131,9 @@ def rod_motion(trace: RigTrace) -> RodMotion:
     bottom = float(np.min(ruler[: peak + 1]))
     if top - bottom < LEAST_TRAVEL:
         raise PretravelError(
-            f"{trace.name}: the push rod does not go forward (it is farthest out at sample "
-            f"{peak + 1} of {len(ruler)}); ruler_mm must grow towards the probe"
+            f"{trace.name}: the push rod does not go forward (by {(top - bottom) / MICROMETRE:.3g} "
+            f"µm only, and is farthest out at sample {peak + 1} of {len(ruler)}); the trace must "
+            "begin before the contact, and ruler_mm must grow towards the probe"
         )
     speed = _forward_speed(trace, ruler[: peak + 1], bottom, top)
     near = 4.0 * noise + speed * trace.interval

@@ -34,6 +34,8 @@ class RigTrace:
         Logic levels, True = high; both are high at rest.
     name : str
         Of the file, without its ending.
+    comments : tuple of line and text
+        Of the file.
 
     Raises
     ------
@@ -48,6 +50,7 @@ class RigTrace:
     contact: BoolArray
     trigger: BoolArray
     name: str = "trace"
+    comments: tuple[tuple[int, str], ...] = ()
 
     def __post_init__(self) -> None:
         for key in ("time", "ruler", "laser"):
@@ -147,8 +150,17 @@ class RigTouch:
 
 
 _NAMED = 3
-_OTHER_FEED = 0.1
+OTHER_FEED = 0.1
 """Relative difference of speeds from traces that is none of their scatter."""
+
+
+def usual_feed(touches: Iterable[RigTouch]) -> float:
+    """The feed of most traces; nan where none shows one. [mm/min]
+
+    One of two halves, not the value between them.
+    """
+    known = sorted(touch.feed for touch in touches if math.isfinite(touch.feed))
+    return known[len(known) // 2] if known else math.nan
 
 
 def notes_of_touches(touches: Iterable[RigTouch]) -> list[str]:
@@ -160,13 +172,12 @@ def notes_of_touches(touches: Iterable[RigTouch]) -> list[str]:
         One at another feed than most is irregular, too.
     """
     touches = list(touches)
-    known = [touch.feed for touch in touches if math.isfinite(touch.feed)]
-    usual = float(np.median(known)) if known else math.nan
+    usual = usual_feed(touches)
     traces: dict[str, list[str]] = {}
     for touch in touches:
         for note in touch.notes:
             traces.setdefault(note, []).append(touch.trace)
-        if abs(touch.feed - usual) > _OTHER_FEED * usual:
+        if abs(touch.feed - usual) > OTHER_FEED * usual:
             note = (
                 f"touched at {touch.feed:.3g} mm/min, most traces at {usual:.3g}: feed × "
                 "signal delay is in the pretravel, and looks like scatter or like a direction's own"
@@ -202,3 +213,30 @@ def at_reference_temperature(trace: RigTrace, temperature: float, expansion: flo
     """
     expanded = 1.0 + expansion * (temperature - REFERENCE_TEMPERATURE)
     return trace if expanded == 1.0 else replace(trace, ruler=trace.ruler * expanded)
+
+
+_ROOM = (5.0, 45.0)
+"""Temperatures of a rig. [°C]"""
+_SMALLEST_EXPANSION = 1e-3
+"""Of a ruler that expands: Zerodur has 0.01. [1e-6/K]"""
+
+
+def doubts_of_ruler(temperature: float, expansion: float) -> tuple[str, ...]:
+    """Sentences on a temperature [°C] and an expansion [1e-6/K] of the ruler of another unit.
+
+    >>> doubts_of_ruler(68.0, 8.0)
+    ('the ruler is taken to be at 68 °C: was 68 °F, 20 °C, meant?',)
+    """
+    found = []
+    if not _ROOM[0] <= temperature <= _ROOM[1]:
+        celsius = (temperature - 32.0) / 1.8
+        found.append(
+            f"the ruler is taken to be at {temperature:g} °C: was {temperature:g} °F, "
+            f"{celsius:.3g} °C, meant?"
+        )
+    if 0.0 < expansion < _SMALLEST_EXPANSION:
+        found.append(
+            f"the expansion of the ruler is taken as {expansion:g} · 1e-6/K, and that of glass is "
+            "8 · 1e-6/K: was 1/K meant?"
+        )
+    return tuple(found)

@@ -10,13 +10,21 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import DEGREE, MICROMETRE, InputError, PretravelError, from_angles
-from pretravel.files import CsvTable, read_csv_table, shortened
+from pretravel.files import (
+    CsvTable,
+    comments_not_read,
+    read_csv_table,
+    refuse_other_comments,
+    shortened,
+)
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation.plan import SeparationPlan
 from pretravel.laboratory.separation.separation import Separation
 from pretravel.touches import copied_rows_warnings, quantisation_step, rows_in_a_row_warnings
 
 _LARGEST = 10_000.0  # µm
+_SMALLEST = 0.02
+"""Range of all readings. [µm]"""
 _LARGEST_INDEX = 1_000_000
 _SAME_ANGLE = 0.5  # °
 _OF_PLANS = ("orientation_deg", "machine_azimuth_deg", "nx", "ny", "nz", "spindle_deg")
@@ -46,6 +54,7 @@ def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
 
 def _readings(table: CsvTable) -> MultiStepReadings:
     path = table.path
+    refuse_other_comments(table, "µm")
     table.require("machine_index", "probe_index", "error_um", what="multi-step readings")
     blank = [not cell.strip() for cell in table.columns["error_um"]]
     if any(blank):
@@ -59,6 +68,13 @@ def _readings(table: CsvTable) -> MultiStepReadings:
             table.header_line,
         )
     errors = table.numbers("error_um")[:, 0]
+    if 0.0 < np.ptp(errors) < _SMALLEST:
+        raise InputError(
+            f"error_um differs by {np.ptp(errors):.2g} over the readings, less than any machine "
+            "and probe: is it in µm, not in mm?",
+            path=path,
+            line=table.header_line,
+        )
     if np.max(np.abs(errors)) > _LARGEST:
         row = int(np.argmax(np.abs(errors)))
         raise InputError(
@@ -150,7 +166,8 @@ def read_multi_step_test(
             )
         table = read_csv_table(given[0])
         readings = _readings(table)
-        return readings, (), (*_not_read(table), *_copies(readings))
+        said = (*comments_not_read(table), *_not_read(table), *_copies(readings))
+        return readings, (), said
     try:
         read = read_series(given, spindle=spindle)
         found = readings_of_touches(read.touches, axis=axis)
@@ -164,6 +181,14 @@ def read_multi_step_test(
 def _not_read(table: CsvTable) -> tuple[str, ...]:
     """Columns that differ over the readings, such as the feed: they are not in the model."""
     others = table.others("machine_index", "probe_index", "error_um", *_OF_PLANS)
+    for name in {*others} & {"unit", "units", "einheit"}:
+        if wrong := {*table.columns[name]} - {"um", "µm", "μm"}:
+            raise InputError(
+                f"{name} is '{shortened(min(wrong))}', and error_um is in µm: correct the one that "
+                "is wrong",
+                path=table.path,
+                line=table.header_line,
+            )
     changing = [name for name in others if len({*table.columns[name]}) > 1]
     if not changing:
         return ()

@@ -305,7 +305,7 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
         from pretravel.laboratory.standards.iso230_10_tip_offset import points_inwards
         from pretravel.laboratory.standards.standard_check import LimitOutcome
         from pretravel.measurement import apply
-        from pretravel.qualification import own_touches_warnings
+        from pretravel.qualification import own_touches_warnings, several_feeds
         from pretravel.task import STANDARDS
 
         measured = readings.touches
@@ -328,6 +328,12 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
         if statements is not None and statements.compared(result.standard):
             result = result.compared()
         warnings, sphere = list(readings.notes()), None
+        if measured.feeds is not None and several_feeds(measured):
+            low, high = measured.feeds.min(), measured.feeds.max()
+            warnings.append(
+                f"the touches are at {low:g} to {high:g} mm/min: feed × signal delay makes the "
+                "form larger, and belongs to no error of the probe. Touch at one feed"
+            )
         if pretravel_map is not None:
             sphere = measured_sphere(measured, apply(measured, pretravel_map), pretravel_map)
             warnings += own_touches_warnings(measured, pretravel_map, _ON_ITS_OWN_TOUCHES)

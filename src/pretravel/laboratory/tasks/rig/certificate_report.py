@@ -19,12 +19,14 @@ from pretravel.laboratory.tasks.rig.report import (
 )
 from pretravel.show import (
     Column,
+    Digits,
     Document,
     KeyFigure,
     Section,
     Span,
     Table,
     budget_picture,
+    by_uncertainty,
     decimals,
     number_text,
     significant,
@@ -97,12 +99,17 @@ def _mean_pretravel(certificate: CalibrationCertificate) -> str:
     """The range of the results, and the largest of their expanded uncertainties."""
     values = [r.performance.pretravel / MICROMETRE for r in certificate.directions]
     worst = max(result.expanded for result in certificate.directions) / MICROMETRE
-    low, high = min(values), max(values)
+    low, high, digits = min(values), max(values), _digits(certificate)
     return (
-        f"pretravel {number_text(low, decimals(3))} to {value_text(high, 'µm', decimals(3))} in "
-        f"{len(values)} directions, U up to {value_text(worst, 'µm', decimals(2))} (coverage "
+        f"pretravel {number_text(low, digits)} to {value_text(high, 'µm', digits)} in "
+        f"{len(values)} directions, U up to {value_text(worst, 'µm', digits)} (coverage "
         "probability of about 95 %)"
     )
+
+
+def _digits(certificate: CalibrationCertificate) -> Digits:
+    """Of results and their U: two of the smallest U count (GUM, 7.2.6)."""
+    return by_uncertainty(min(r.expanded for r in certificate.directions) / MICROMETRE)
 
 
 def _method_section(certificate: CalibrationCertificate) -> Section:
@@ -130,25 +137,27 @@ def _method_section(certificate: CalibrationCertificate) -> Section:
 
 def _results_table(certificate: CalibrationCertificate) -> Table:
     """Mean pretravel with its expanded uncertainty in each direction."""
+    own = _digits(certificate)
 
-    def column(name: str, values: Sequence[float], digits: int = 3) -> Column:
-        return Column.of(name, [value / MICROMETRE for value in values], "µm", decimals(digits))
+    def column(name: str, values: Sequence[float], digits: Digits = own) -> Column:
+        return Column.of(name, [value / MICROMETRE for value in values], "µm", digits)
 
-    directions = [result.performance for result in certificate.directions]
+    results = certificate.directions
+    directions = [result.performance for result in results]
     return Table(
         (
             Column.of("direction", [_direction_name(d) for d in directions]),
             Column.of("touches", [float(d.count) for d in directions], digits=decimals(0)),
             column("pretravel", [d.pretravel for d in directions]),
-            column("U", [result.expanded for result in certificate.directions], 2),
-            Column.of(
-                "k",
-                [result.coverage_factor for result in certificate.directions],
-                digits=decimals(2),
-            ),
-            column("standard deviation", [d.repeatability.value for d in directions]),
+            column("U", [result.expanded for result in results]),
+            Column.of("k", [result.coverage_factor for result in results], digits=decimals(2)),
+            column("standard deviation", [d.repeatability.value for d in directions], decimals(3)),
             column("hysteresis", [d.hysteresis for d in directions]),
-        )
+            column("U of hysteresis", [result.expanded_hysteresis for result in results]),
+        ),
+        explanation="U: expanded uncertainty of the mean pretravel; k: its coverage factor. U of "
+        "hysteresis: expanded uncertainty of the mean hysteresis. Both are for a coverage "
+        "probability of 95.45 %. Standard deviation: of one touch.",
     )
 
 

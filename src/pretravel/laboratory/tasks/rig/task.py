@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -43,6 +44,7 @@ def _traces_meant(places: Sequence[Path]) -> list[Path]:
     return rig_traces(places)
 
 
+_ABBE = {"abbé", "abbe"}
 FOREIGN_BUDGET = (
     "the budget is that of Ren 2020, Table 2, of another laboratory; give your own as a file"
 )
@@ -187,9 +189,8 @@ class Rig(LaboratoryReport):
             A trace that is given twice or cannot be evaluated; marks of a trace that is not there;
             a map without the diameter of the tip; as `calibrate_rig`.
         """
-        from pretravel.laboratory.rig.budget import REN_BUDGET
         from pretravel.laboratory.rig.calibration import calibrate_rig
-        from pretravel.laboratory.rig.rig_csv import read_budget, read_scale_check
+        from pretravel.laboratory.rig.trace import usual_feed
 
         if self.map_file is not None and self.tip_diameter is None:
             raise PretravelError(
@@ -197,16 +198,14 @@ class Rig(LaboratoryReport):
             )
         statements = self.statements()
         terms = self._terms()
-        checked = None if self.scale is None else read_scale_check(self.scale)
-        components = self._components(
-            REN_BUDGET if self.budget is None else read_budget(self.budget), checked
-        )
+        components, checked, doubts = self._components_of_files()
         paths = _traces_meant(self.traces)
         unread = [path.stem for path in paths if self._is_excluded(path) and _is_damaged(path)]
         paths = [path for path in paths if path.stem not in unread]
         with progress.working(f"reading {len(paths)} traces"):
             traces, touches = self._read(paths)
-        self._check_feed(touches)
+        if statements is not None and math.isfinite(usual := usual_feed(touches)):
+            self.compare_statements(statements, rod_feed=usual)
         if self.output is not None and self.output.suffix.lower() == ".csv":
             # Single touches need no calibration.
             _write_touches(self.output, touches, forces=_forces(touches, terms))
@@ -214,14 +213,47 @@ class Rig(LaboratoryReport):
         calibration = calibrate_rig(touches, exclude=exclude)
         calibration = replace(calibration, excluded=(*calibration.excluded, *unread))
         return CalibratedRig(
-            self, traces, touches, calibration, tuple(components), statements, terms, checked
+            self,
+            traces,
+            touches,
+            calibration,
+            tuple(components),
+            statements,
+            terms,
+            checked,
+            doubts,
         )
 
-    def _check_feed(self, touches: Sequence[RigTouch]) -> None:
-        """Refuse a feed of the laboratory that is not that of the traces."""
-        feeds = sorted(touch.feed for touch in touches if math.isfinite(touch.feed))
-        if feeds:
-            self.statements(rod_feed=feeds[len(feeds) // 2])
+    def _components_of_files(
+        self,
+    ) -> tuple[list[LengthComponent], ScaleCheck | None, tuple[str, ...]]:
+        """The budget with the lines that are stated here, the check of the ruler, and doubts."""
+        from pretravel.files import comments_not_read, read_csv_table
+        from pretravel.laboratory.rig.budget import REN_BUDGET, budget_doubts, counted_twice
+        from pretravel.laboratory.rig.rig_csv import budget_of, scale_check_of
+        from pretravel.laboratory.rig.scale import SCALE_SOURCE
+
+        doubts: list[str] = []
+        budget, checked = REN_BUDGET, None
+        if self.budget is not None:
+            table = read_csv_table(self.budget)
+            budget = budget_of(table)
+            doubts += [f"{self.budget.name}: {s}" for s in comments_not_read(table)]
+        if self.scale is not None:
+            table = read_csv_table(self.scale)
+            checked = scale_check_of(table)
+            doubts += [f"{self.scale.name}: {s}" for s in comments_not_read(table)]
+        components = self._components(budget, checked)
+        if self.u_temperature is not None:
+            doubts += counted_twice(components)
+        if checked is not None and not any(
+            c.source.casefold().startswith(SCALE_SOURCE) for c in budget
+        ):
+            doubts.append(
+                f"the budget has no source '{SCALE_SOURCE} …' that the check of the ruler "
+                "replaces: leave out what is there twice"
+            )
+        return components, checked, (*doubts, *budget_doubts(components))
 
     def _is_excluded(self, path: Path) -> bool:
         return path.stem in self.exclude or path.name in self.exclude
@@ -270,7 +302,7 @@ class Rig(LaboratoryReport):
             found = [c for c in found if not c.source.casefold().startswith(SCALE_SOURCE)]
             found += checked.components()
         if self.abbe is not None:
-            own = [c.source for c in found if c.source.casefold().startswith(("abbé", "abbe"))]
+            own = [c.source for c in found if {*re.findall(r"\w+", c.source.casefold())} & _ABBE]
             if own:
                 raise PretravelError(
                     f"the budget already has the source '{own[0]}': the Abbé error would count "
@@ -285,6 +317,7 @@ class Rig(LaboratoryReport):
         from pretravel.laboratory.rig.events import rig_touch
         from pretravel.laboratory.rig.marks import with_marks
         from pretravel.laboratory.rig.rig_csv import read_rig_trace
+        from pretravel.laboratory.rig.stated_of_traces import with_comments
         from pretravel.laboratory.rig.trace import at_reference_temperature
 
         names = [path.stem for path in paths]
@@ -309,7 +342,7 @@ class Rig(LaboratoryReport):
             for trace in read
         )
         touches = [with_marks(rig_touch(trace), marks.get(trace.name, {})) for trace in traces]
-        return traces, _copies_noted(read, touches)
+        return traces, with_comments(read, _copies_noted(read, touches), self.temperature)
 
 
 def _copies_noted(traces: Sequence[RigTrace], touches: Sequence[RigTouch]) -> tuple[RigTouch, ...]:
@@ -319,8 +352,8 @@ def _copies_noted(traces: Sequence[RigTrace], touches: Sequence[RigTouch]) -> tu
     for trace, touch in zip(traces, touches, strict=True):
         same = first.setdefault(trace.ruler.tobytes() + trace.laser.tobytes(), trace.name)
         copy = (
-            f"the readings are those of {same}, to the last digit: a copy counts as a repeat, and "
-            "makes scatter and u too small. Leave it out"
+            f"the readings are those of {same}, to the last digit: a copy counts as a touch of its "
+            "own, and makes scatter and u too small. Leave it out"
         )
         found.append(touch if same == trace.name else replace(touch, notes=(*touch.notes, copy)))
     return tuple(found)
@@ -378,6 +411,8 @@ class CalibratedRig(Result):
         What determines a force from a pretravel.
     checked : ScaleCheck or None
         Of the ruler.
+    doubts : tuple of str
+        About the budget and its files.
     """
 
     task: Rig
@@ -388,6 +423,7 @@ class CalibratedRig(Result):
     statements: LaboratoryStatements | None = None
     terms: RenTerms | None = None
     checked: ScaleCheck | None = None
+    doubts: tuple[str, ...] = ()
     template = "certificate.html"
     """It prints on A4 (to PDF from any browser)."""
 
@@ -407,16 +443,20 @@ class CalibratedRig(Result):
     @property
     def notes(self) -> list[str]:
         """Irregularities of the traces, and doubts about the budget."""
-        from pretravel.laboratory.rig.budget import budget_doubts, repeatability_doubts
+        from pretravel.laboratory.rig.budget import repeatability_doubts
+        from pretravel.laboratory.rig.calibration import doubts_of_names
         from pretravel.laboratory.rig.scale import scale_doubts
-        from pretravel.laboratory.rig.trace import notes_of_touches
+        from pretravel.laboratory.rig.trace import doubts_of_ruler, notes_of_touches
         from pretravel.maps import doubts_between
         from pretravel.touches import coarse_warnings
 
         around = [d.azimuth for d in self.calibration.directions if d.across]
+        task = self.task
         return [
+            *doubts_of_names([touch.trace for touch in self.touches]),
+            *doubts_of_ruler(task.temperature, task.expansion),
             *notes_of_touches(self.touches),
-            *budget_doubts(self.components),
+            *self.doubts,
             *(() if self.checked is None else scale_doubts(self.checked)),
             *repeatability_doubts(self.calibration, self.components),
             *coarse_warnings(self.calibration.step),
@@ -455,6 +495,7 @@ class CalibratedRig(Result):
         from pretravel.files import LaboratoryStatements
         from pretravel.laboratory.certificate import calibration_certificate
         from pretravel.laboratory.tasks.rig.certificate_report import certificate_document
+        from pretravel.laboratory.tasks.rig.report import with_scale_check
 
         budget = self.task.budget
         made = calibration_certificate(
@@ -464,7 +505,8 @@ class CalibratedRig(Result):
             budget_source=_REN_SOURCE if budget is None else budget.name,
             temperature=self.task.temperature,
         )
-        return certificate_document(made, self.traces, warnings=[*self.notes, *warnings])
+        found = certificate_document(made, self.traces, warnings=[*self.notes, *warnings])
+        return with_scale_check(found, self.checked)
 
     def write(self, output: str, path: Path) -> None:
         """Write the map, or the touches."""
