@@ -167,7 +167,7 @@ def _coarse(features: Sequence[MeasuredFeature]) -> list[str]:
 
 
 _OTHER_NORMALS = 20.0 * DEGREE
-"""No centre is expected so wrongly: at a bore of 20 mm 3 mm beside the true one. [rad]"""
+"""No centre is expected so wrongly: in a bore of 20 mm it would be 3 mm off. [rad]"""
 _OTHER_CENTRE = (
     "as happens with a wrong expected centre: the tip touched next to these points. Compensate "
     "again with the normals of fitted features, or with touches without normals"
