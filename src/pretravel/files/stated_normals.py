@@ -37,6 +37,8 @@ _FEWEST_TO_JUDGE = 5
 """Touches from which directions of travel are recognised."""
 _ALONG = 0.9
 """Cosine from which the tip's centre lies along a vector from the nominal point."""
+_FLAT = 0.05
+"""Height of touches in a ring, as a share of their extent: they are at one height or few."""
 _SMALLEST_TIP = 0.1
 """Radius of a tip, of which the smallest have 0.15. [mm]"""
 _FEWEST = 9
@@ -138,9 +140,13 @@ def refuse_inward(
     turned = ",".join(
         f"{role}=-{columns.titles[role].removeprefix('column ')}" for role in NORMAL_ROLES
     )
+    extents = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
+    ring = ""
+    if nominal is None and extents[2] < _FLAT * extents[0]:
+        ring = ". Or is the reference a ring gauge? There normals point to the axis"
     raise file.error(
         f"the vectors {titles} point into the part: they are directions of travel, not outward "
-        f"normals. Turn them: {turned}",
+        f"normals. Turn them: {turned}{ring}",
         columns.table.header_line or None,
         inputs=("columns",),
     )

@@ -37,6 +37,8 @@ _ALIKE = 0.9
 """Share of a lobe that another one explains in the touched directions, if they are one number."""
 _FREE = 1.0  # mm: far above any lobe and run-out
 _TYPICAL_NOISE = 0.3e-3
+_NOISE_ALONE = 3.0
+"""Amplitude in u of its cosine and sine that noise exceeds with 1 % (Rayleigh's distribution)."""
 _NOISES = tuple(_TYPICAL_NOISE * 1.25**step for step in range(-16, 17))
 
 
@@ -88,6 +90,14 @@ class ReversedPairs:
     def removed(self) -> float:
         """Root mean square of what averaging removes. [mm]"""
         return float(np.sqrt(np.mean(self.half_differences**2)))
+
+    @property
+    def shows_nothing(self) -> bool:
+        """Whether noise explains all differences, as where the spindle was not turned."""
+        size = np.append(self.amplitudes[1:], np.linalg.norm(self.runout))
+        known = np.isfinite(size)
+        u = np.append(self.u[1:], self.u[0])
+        return bool(known.any() and np.all(size[known] < _NOISE_ALONE * u[known]))
 
 
 def reversed_touches(touches: Touches) -> ReversedPairs:

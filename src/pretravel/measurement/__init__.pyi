@@ -35,6 +35,7 @@ from .points_summary import other_nominal_points as other_nominal_points
 from .pretravel_left import PretravelLeft as PretravelLeft
 from .scatter_on_part import places_of as places_of
 from .selection import named_feature as named_feature
+from .selection import nearly_chosen as nearly_chosen
 from .selection import points_of_features as points_of_features
 from .selection import points_on_faces as points_on_faces
 from .star_styli import StarStylus as StarStylus

@@ -97,6 +97,34 @@ def points_of_features(
     return {name: points[rows[name]] for name in sorted(rows, key=place_of.__getitem__)}
 
 
+def nearly_chosen(labels: Sequence[str], patterns: Sequence[str]) -> list[str]:
+    """Warning about labels that differ from a pattern in case or blanks alone.
+
+    >>> nearly_chosen(["bore1-1", "Bore1-2", "bore1 -3", "bore2-1"], ["bore1-*"])[0][:47]
+    '2 labels differ from bore1-* in case or blanks '
+    """
+    said = []
+    for pattern in patterns:
+        alike = _plain(pattern)
+        near = [
+            label
+            for label in labels
+            if _matches(_plain(label), alike)
+            and not any(_matches(label, chosen) for chosen in patterns)
+        ]
+        if near:
+            shown = ", ".join(near[:_SHOWN]) + (" …" if len(near) > _SHOWN else "")
+            said.append(
+                f"{len(near)} labels differ from {pattern} in case or blanks alone, and are not "
+                f"used: {shown}"
+            )
+    return said
+
+
+def _plain(label: str) -> str:
+    return "".join(label.casefold().split())
+
+
 def named_feature(name: str) -> str | None:
     """The feature whose word a name of points begins with; None where there is none.
 

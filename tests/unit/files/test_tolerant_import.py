@@ -260,6 +260,18 @@ class TestOnASphere:
         found = read_readings(file, turned).touches
         assert found.normals == pytest.approx(self._touches().normals, abs=1e-6)
 
+    def test_a_ring_that_is_read_as_a_sphere(self) -> None:
+        """Its outward normals point to the middle, as directions of travel on a sphere do."""
+        angle = np.radians(np.arange(0.0, 360.0, 30.0))
+        n = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+        text = self._text(Touches(22.0 * n, -n), 1.0)
+        with pytest.raises(InputError, match="is the reference a ring gauge"):
+            read_readings(SourceFile("a.xyz", text), ReadingOptions(reference_diameter=50.0))
+        sphere = self._text(self._touches(), -1.0)
+        with pytest.raises(InputError) as refused:
+            read_readings(SourceFile("a.xyz", sphere), ReadingOptions(reference_diameter=25.0))
+        assert "ring" not in str(refused.value)
+
     def test_travel_at_nominal_points(self) -> None:
         part = read_touches(EXAMPLES / "part_touches.csv")
         assert part.nominal_points is not None

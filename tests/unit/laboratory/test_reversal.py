@@ -18,7 +18,7 @@ from pretravel.laboratory.reversal import reversed_touches
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
-from tests.support.commands import run
+from tests.support.commands import both_outputs, run
 from tests.support.example_maps import lobes
 
 PHI = np.radians(np.arange(0.0, 360.0, 10.0))
@@ -103,6 +103,16 @@ def test_refused(touches: Touches, reason: str) -> None:
     with pytest.raises(PretravelError) as caught:
         reversed_touches(touches)
     assert reason in str(caught.value)
+
+
+def test_a_spindle_that_was_not_turned_is_said(tmp_path: Path) -> None:
+    """Both files at 0°: the differences are noise alone, and the means keep offset and lobes."""
+    rng, paths = np.random.default_rng(3), [tmp_path / "at_0.csv", tmp_path / "at_180.csv"]
+    for turned, said in ((0.0, True), (np.pi, False)):
+        for path, turn in zip(paths, (0.0, turned), strict=True):
+            write_touches(path, replace(_pin(turn, rng), spindle=None))
+        warned = both_outputs("reversal", *paths, "--spindle", "0,180")[1]
+        assert ("Was the spindle turned by 180°" in warned) is said
 
 
 def test_few_directions_have_means_but_no_lobes() -> None:

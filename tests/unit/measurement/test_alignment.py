@@ -197,6 +197,20 @@ def test_gross_touches_are_named_and_left_out(count: int) -> None:
     assert _apart(part, found.placement, placement) < 0.03
 
 
+def test_a_touch_beyond_its_face_is_no_direction_of_the_map() -> None:
+    """The nearest face of a touch in the air may hang over: it is not used, and refuses nothing."""
+    rng, part, made = np.random.default_rng(4), bracket(), lobed_map(tip_radius=2.0)
+    points, normals, _ = random_targets(part, 60, rng)
+    reached = normals[:, 2] > -0.01
+    points = np.vstack([points[reached], [75.0, 0.0, 17.0]])  # under it the slope hangs over
+    normals = np.vstack([normals[reached], [0.0, -1.0, 0.0]])
+    placement = Placement(shift=np.array([5.0, 6.0, 7.0]))
+    tips = tip_centres(placement, points, normals, made)
+    found = align(tips, part, made, placement)
+    assert np.flatnonzero(~found.used).tolist() == [len(points) - 1]
+    assert _apart(part, found.placement, placement) < 0.01 * UM
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(("seed", "count"), [(1, 24), (3, 24), (2, 40)])
 def test_a_gross_touch_drags_its_face_and_is_named(seed: int, count: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from pretravel.base.frames import parse_placement
 from pretravel.drawing.features.conformity import ConformityVerdict, size_conformity
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
 from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.drawing.tasks.measure import Measure
 from pretravel.drawing.tolerances.tolerances import FeatureTolerances, inspect_feature
+from pretravel.files.points_writing import write_points
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
@@ -420,6 +423,17 @@ class TestSelection:
         assert [p.labels[-1] for p in chosen.values()] == ["bore2-6", "bore2-1"]
         assert chosen["bore2*"].shared is not None
         assert len(chosen["bore2*"].shared["tip radius"]) == 6
+
+    def test_labels_that_differ_in_case_or_blanks_are_said(self, tmp_path: Path) -> None:
+        positions, normals = features()["bore"]
+        names = [f"bore1-{i}" for i in range(len(positions))]
+        names[2:4] = "Bore1-2", "bore1 -3"
+        points = replace(feature_points(positions, normals), labels=tuple(names))
+        write_points(tmp_path / "points.csv", points)
+        for pattern, said in (("bore1-*", True), ("[Bb]ore1*", False)):
+            task = Measure(points=tmp_path / "points.csv", feature="bore", select=(pattern,))
+            told = " ".join(task.run().document().warnings)
+            assert ("are not used: Bore1-2, bore1 -3" in told) is said
 
     def test_what_is_refused(self) -> None:
         positions, normals = features()["bore"]

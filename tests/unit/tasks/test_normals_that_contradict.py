@@ -55,6 +55,18 @@ def test_normals_beside_the_feature_are_said(off: float, said: bool, tmp_path: P
     assert (abs(diameter - 20.0) > 2e-3) == said
 
 
+def test_normals_of_another_feature_are_no_wrong_centre(tmp_path: Path) -> None:
+    """Four touches on the walls of a slot lie on a circle; its normals are 68° beside theirs."""
+    corners = np.array([[x, y, 0.0] for x in (-10.0, 10.0) for y in (-4.0, 4.0)])
+    walls = np.array([[0.0, -np.sign(y), 0.0] for _, y, _ in corners])
+    folder = _touched(tmp_path, 0.0)
+    labels = tuple(f"slot{i}" for i in range(4))
+    write_touches(folder / "touches.csv", Touches(corners + 2.99 * walls, walls, labels=labels))
+    told = _diameter(folder)[1]
+    assert "the walls of a slot?" in told
+    assert "as happens with a wrong expected centre" not in told
+
+
 def test_the_normals_of_a_named_feature_are_fitted(tmp_path: Path) -> None:
     """The centre that the touches show is the true one."""
     diameter, told = _diameter(_touched(tmp_path, OFF), feature="bore")

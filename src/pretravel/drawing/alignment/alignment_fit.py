@@ -437,8 +437,10 @@ class _Fit:
         placement = state.placement
         foot = placement.points(state.feet.local.point)
         touches = self.tips.touches(state.normals, foot)
-        points = apply(touches, self.pretravel_map, extrapolate=extrapolate)
         rows = np.flatnonzero(state.used)
+        # A touch that is not used may be next to any face: its normal is no reason to refuse.
+        apply(touches.take(rows), self.pretravel_map, extrapolate=extrapolate)
+        points = apply(touches, self.pretravel_map, extrapolate=True)
         assert points.deviation is not None
         on_part = points[rows]
         jacobian = state.slopes[rows] @ state.motions

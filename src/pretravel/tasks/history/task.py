@@ -134,7 +134,7 @@ class History(
             "exceeds it. Amplitude and turn count by the largest change of the map that they "
             "cause. Default: twice the rms u of the map, or, for a history file, twice the "
             "median u of the size.",
-            range=(0.001, 1000.0),
+            range=(0.01, 1000.0),
         ),
     ] = None
     output: Annotated[

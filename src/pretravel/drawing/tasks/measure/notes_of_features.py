@@ -166,6 +166,18 @@ def _coarse(features: Sequence[MeasuredFeature]) -> list[str]:
     ]
 
 
+_OTHER_NORMALS = 20.0 * DEGREE
+"""No centre is expected so wrongly: in a bore of 20 mm it would be 3 mm off. [rad]"""
+_OTHER_CENTRE = (
+    "as happens with a wrong expected centre: the tip touched next to these points. Compensate "
+    "again with the normals of fitted features, or with touches without normals"
+)
+_OTHER_FEATURE = (
+    "too much for a wrong expected centre: were these touches made on another feature, such as the "
+    "walls of a slot?"
+)
+
+
 def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
     """What is missing in the uncertainties, normals off their feature, features without a form."""
     warnings = []
@@ -201,9 +213,8 @@ def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
         )
     warnings.extend(
         f"{shown_name(feature)}: the normals of the points are "
-        f"{normals_off(feature) / DEGREE:.1f}° off those of the feature (root mean square), as "
-        "happens with a wrong expected centre: the tip touched next to these points. Compensate "
-        "again with the normals of fitted features, or with touches without normals"
+        f"{normals_off(feature) / DEGREE:.1f}° off those of the feature (root mean square), "
+        + (_OTHER_FEATURE if normals_off(feature) > _OTHER_NORMALS else _OTHER_CENTRE)
         for feature in features
         if normals_off(feature) > NORMALS_OFF
     )

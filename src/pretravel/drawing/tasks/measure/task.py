@@ -508,7 +508,7 @@ class Measure(LaboratoryReport):
         )
         from pretravel.drawing.tasks.measure.missed import several_features, without_missed
         from pretravel.drawing.tolerances.compared_with_drawing import far_from_place
-        from pretravel.measurement import points_of_features
+        from pretravel.measurement import nearly_chosen, points_of_features
 
         wanted = wanted or self.wanted(part)
         if wanted.drawing is not None:
@@ -525,6 +525,7 @@ class Measure(LaboratoryReport):
             refuse_one_place_for_many(task, list(chosen))
             of_task = []
             misses += several_features(chosen[""]) if "" in chosen else []
+            misses += nearly_chosen(points.labels, task.select)
             for label, mine in chosen.items():
                 kept, said = without_missed(mine, kinds_of(label, task), task.axis)
                 of_task.append(inspected(label, kept, task))

@@ -58,6 +58,13 @@ class Reversal(TouchFilesWithFeed, OfOneTip, Reported):
         return ReversedTouches(self, readings, reversed_touches(readings.touches))
 
 
+_NOT_TURNED = (
+    "the touches at both orientations agree within their noise: there is neither an offset of the "
+    "tip nor an odd lobe. Was the spindle turned by 180° between them? If not, the means still "
+    "contain both"
+)
+
+
 @dataclass(frozen=True, eq=False)
 class ReversedTouches(Result):
     """Means of touches at two orientations, and what they are rid of."""
@@ -121,7 +128,7 @@ class ReversedTouches(Result):
                     "a sphere determines them with U"
                 ),
             ),
-            warnings=tuple(self.readings.notes()),
+            warnings=(*self.readings.notes(), *((_NOT_TURNED,) if found.shows_nothing else ())),
         )
 
     def write(self, output: str, path: Path) -> None:
