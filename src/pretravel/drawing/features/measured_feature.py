@@ -41,6 +41,7 @@ from pretravel.drawing.features.feature_uncertainty import (
 )
 from pretravel.drawing.features.form_families import families_of
 from pretravel.drawing.features.largest_distance import LargestDistance, largest_distance
+from pretravel.drawing.features.odd_point import odd_point
 from pretravel.measurement import Association, Points, PretravelLeft, associate
 from pretravel.uncertainty import coverage_factor
 
@@ -254,8 +255,25 @@ class MeasuredFeature(WithPlot):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the places of the touches hide, and U does not contain or has by prior alone."""
-        return self.errors.form.sentences(len(self.points))
+        """A point apart from the others; what the places of the touches hide, and U does not
+        contain or has by prior alone.
+        """
+        return (*filter(None, [self.odd_point]), *self.errors.form.sentences(len(self.points)))
+
+    @property
+    def odd_point(self) -> str:
+        """Which point lies apart from the feature of the others; empty if there is none."""
+        if self.is_extreme or self.kind == BARE_SURFACE:
+            return ""
+        found = odd_point(self.association.residuals, self.association.jacobian, self.errors.own)
+        if found is None:
+            return ""
+        row, off, scatter = found
+        return (
+            f"point {self.points.labels[row]} lies {off / MICROMETRE:+.1f} µm off the feature "
+            f"through the others, which scatter by {scatter / MICROMETRE:.2g} µm: dirt, a chip or "
+            "a false trigger? It is in the result: touch there again, or leave it out"
+        )
 
     @property
     def pretravel_left(self) -> PretravelLeft:
