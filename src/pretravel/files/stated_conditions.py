@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Sequence
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.roles_of_columns import ColumnRoles
-from pretravel.files.row_statements import changes_rows, refuse_compensated_before
+from pretravel.files.row_statements import changes_rows, refuse_compensated
 from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.text_table import TextTable
 
@@ -117,8 +117,8 @@ def refuse_contradictions(
         _refuse_tip_centres(text, roles)
     else:
         _refuse_compensated(text, roles)
-        for line, words in text.before:
-            refuse_compensated_before(text.file, words, line)
+        for line, words in (*text.around, *text.among):
+            refuse_compensated(text.file, words, line)
     if options.tip_radius is not None:
         for line, where, diameter in _diameters(text, _OF_TIP, unit, options.tip):
             refuse_other_tip(text.file, diameter, 2.0 * options.tip_radius, where, line)
@@ -226,7 +226,7 @@ def _diameters(
             if number is not None:
                 line = text.lines[text.column(i).index(cell)]
                 yield line, title, own * number * _diameters_in(named)
-    for line, comment in text.before:
+    for line, comment in text.around:
         sized = re.search(rf"\b{words}{_SIZE}{_VALUE}", comment, re.IGNORECASE)
         found = sized or re.search(rf"\b{words}{_WITHOUT_SIZE}", comment, re.IGNORECASE)
         if found is not None:
@@ -261,7 +261,7 @@ def _refuse_compensated(text: TextTable, roles: ColumnRoles) -> None:
 
 def _refuse_tip_centres(text: TextTable, roles: ColumnRoles) -> None:
     """Refuse points of the surface of which the file says that they are tip centres."""
-    stated = [*text.before, (text.header_line or text.lines[0], " ".join(text.names or ()))]
+    stated = [*text.around, (text.header_line or text.lines[0], " ".join(text.names or ()))]
     found = [(line, words) for line, words in stated if _TIP_CENTRES.search(words)]
     for i, name in _other_columns(text, roles.used):
         off = [row for row, cell in enumerate(text.column(i)) if cell.strip().lower() in _OFF]

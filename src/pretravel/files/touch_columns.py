@@ -173,13 +173,13 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         whole=whole,
         frame=frame,
         notes=(
-            *conditions_not_read(text.before),
+            *conditions_not_read(text.around),
             *times_said(text, roles),
             *unknown_lines(text.among),
             *_deviations_alone(text, roles),
             *left_out,
             *verdicts(text, _other_columns(text, roles)),
-            *nothing_measured((*text.before, *text.among)),
+            *nothing_measured((*text.around, *text.among)),
             *(tip_not_used(text, unit_name) if options.tip_radius is None else ()),
         ),
     )

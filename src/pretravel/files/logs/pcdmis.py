@@ -233,6 +233,8 @@ class _Routine:
         elif is_note(statement):
             if changes_rows(statement):
                 self.stated.unknown.append((number, statement))
+            else:
+                self.stated.note(statement, number)
         elif (found := _FEATURE.search(statement)) and (label := statement[: found.start()]):
             self.close_feature()
             kind = statement[found.end() :].strip()
@@ -408,7 +410,7 @@ def _warnings(routine: _Routine, scale: float) -> tuple[str, ...]:
 
 
 def _statements(lines: list[str]) -> list[tuple[int, str]]:
-    """Return line numbers and statements; a line that ends in $ continues.
+    """Return line numbers and statements; a line ending in $ continues, and a comment in a comma.
 
     Empty lines are skipped, so that doubled line ends do no harm.
     """
@@ -419,13 +421,19 @@ def _statements(lines: list[str]) -> list[tuple[int, str]]:
         line = text.strip()
         if not line:
             continue
+        if before and is_note(before) and "/" in line:  # a statement, no text of the comment
+            statements.append((first, before))
+            before = ""
         first = first if before else number
         if line.endswith("$"):
             before += line[:-1].rstrip()
             continue
+        if is_note(line) and line.endswith(","):
+            before = f"{line} "
+            continue
         statements.append((first, before + line))
         before = ""
-    return statements
+    return statements + [(first, before)] * bool(before)
 
 
 def _is_pc_dmis(lines: list[str]) -> bool:

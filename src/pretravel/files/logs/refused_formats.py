@@ -113,14 +113,16 @@ _SIZES = re.compile(
 )
 _KINDS = re.compile(
     r"(?:circle|plane|cylinder|sphere|cone|line|slot|arc|ellipse|torus|kreis|ebene|zylinder|kugel|"
-    r"kegel|gerade|bohrung|cercle|circulo|plan|cylindre|cir|pln|cyl|sph|hole|bore)(?=\b|[_\d])",
+    r"kegel|gerade|bohrung|cercle|circulo|plan|cylindre|cir|pln|cyl|sph|hole|bore|trou|alesage|agujero|"
+    r"taladro|foro|cerchio|cilindro|esfera|sfera|otwor)(?=\b|[_\d])",
     re.IGNORECASE,
 )
 _TYPES = {"type", "typ", "kind", "art", "element", "feature type", "elementtype"}
 _POINTS = re.compile(r"(?:vector |surface |edge )?(?:point|punkt|punto|pt|vec)\b", re.IGNORECASE)
 _CENTRES = re.compile(
     r"(?:circle|cylinder|sphere|cone|slot|arc|ellipse|torus|kreis|zylinder|kugel|kegel|bohrung|"
-    r"cercle|cylindre|cir|cyl|con|sph|hole|bore)\b",
+    r"cercle|cylindre|cir|cyl|con|sph|hole|bore|trou|alesage|agujero|taladro|foro|cerchio|cilindro|"
+    r"esfera|sfera|otwor)\b",
     re.IGNORECASE,
 )
 """Features whose place is a centre, on no surface."""
