@@ -99,6 +99,7 @@ from .row_statements import RowStatement as RowStatement
 from .row_statements import RowStatements as RowStatements
 from .row_statements import StatedRows as StatedRows
 from .row_statements import comments_among as comments_among
+from .row_statements import conditions_not_read as conditions_not_read
 from .row_statements import unknown_lines as unknown_lines
 from .rows_of_touches import is_verdict as is_verdict
 from .rows_of_touches import verdicts as verdicts
