@@ -196,3 +196,22 @@ def test_holes_in_other_languages_are_features() -> None:
     rows = "Nombre;X;Y;Z;I;J;K\n" + "".join(f"Agujero {i};{i};1;-5;0;0;1\n" for i in (1, 2, 3))
     with pytest.raises(InputError, match="list of features"):
         _read(rows, units="mm")
+
+
+def test_a_routine_that_compensates_has_no_tip_centres() -> None:
+    file = _pc_dmis("PROBECOM/ON\n", "")
+    with pytest.raises(InputError, match=r"line 1: the tip's radius was subtracted .* of 0 mm"):
+        read_readings(file, _PC_DMIS)
+    found = read_readings(file, ReadingOptions(radius_taken_off=3.0, units="mm"))
+    assert found.touches.positions[0, 2] == pytest.approx(3.001, abs=1e-12)
+
+
+def test_a_sensor_whose_diameter_is_used_is_not_named_as_unread() -> None:
+    sensors = "".join(f"S(T{i})=SNSDEF/PROBE,INDEX,POL,0,0,0,0,1,100,{i}\n" for i in (6, 4))
+    rows = "FA(A)=FEAT/POINT,CART,1,1,0.002,0,0,1\n"
+    text = f"{_DMIS}{sensors}PRCOMP/ON\nSNSLCT/S(T6)\n{rows}ENDFIL\n"
+    found = read_readings(SourceFile("a.dmo", text.encode()), ReadingOptions(radius_taken_off=3.0))
+    assert found.touches.positions[0, 2] == pytest.approx(3.002, abs=1e-12)
+    told = " ".join(found.notes())
+    assert "line 4 'S(T4)" in told
+    assert "S(T6)" not in told
