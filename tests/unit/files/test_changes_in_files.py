@@ -215,3 +215,10 @@ def test_a_sensor_whose_diameter_is_used_is_not_named_as_unread() -> None:
     told = " ".join(found.notes())
     assert "line 4 'S(T4)" in told
     assert "S(T6)" not in told
+
+
+def test_a_sign_apart_from_its_number() -> None:
+    rows = "X;Y;Z;I;J;K\n- 10,5;10,0;3,002;0;0;1\n20,5;− 9,0;3,002;0;0;1\n"
+    found = _read(rows, units="mm")
+    assert isinstance(found, FileReadings)
+    assert found.touches.positions.tolist() == [[-10.5, 10.0, 3.002], [20.5, -9.0, 3.002]]
