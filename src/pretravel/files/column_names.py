@@ -86,7 +86,7 @@ _OTHER_SCRIPTS = {
 _NOMINAL_WORDS = (
     "nominal", "nom", "soll", "sollwert", "sollmass", "theo", "theoretical", "theorique",
     "teorico", "teorica", "theor", "nominale", "nominell", "ref", "reference",
-    "target", "design", "cad", "expected", "programmed", "basic", "set", "setpoint",
+    "nominellt", "target", "design", "cad", "expected", "programmed", "basic", "set", "setpoint",
     "nominaal", "nominalne", "nominalna", "nominalni", "jmenovite",
 )  # fmt: skip
 _NORMAL_WORDS = (

@@ -57,12 +57,17 @@ _UNIT = {
     "unit", "units", "einheit", "unit of length", "maßeinheit", "unité", "unite", "unidad",
     "unidades", "unità", "unita",
 }  # fmt: skip
-_ON = {*_YES, "on", "g41", "g42"}
+_ON = {
+    *_YES, "on", "ein", "an", "active", "aktiv", "enabled", "links", "rechts", "left", "right",
+    "g41", "g42", "compensated", "corrected", "kompensiert", "korrigiert",
+}  # fmt: skip
 _COMPENSATED = re.compile(
     r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?(?:comp(?:\.|ensated|ensation)?|"
-    r"corr(?:\.|ected|ection))|kompensiert|radiuskorrektur|korrigiert"
+    r"corr(?:\.|ected|ection))|(?:radius|tasterradius|kugel)?(?:kompensation|korrektur|kompensiert|"
+    r"korrigiert)|g4[012]|(?:correction|compensation) (?:de |du )?rayon|"
+    r"compens(?:é|ado|ato)|corrig(?:é|ido)|corretto"
 )
-_OFF = {*_NO, "off", "none", "g40", "aus"}
+_OFF = {*_NO, "off", "none", "g40", "aus", "inactive", "inaktiv", "disabled"}
 _TIP_CENTRES = re.compile(
     r"\b(?:tip|ball|probe|stylus|sphere|tastkugel|kugel)\W?(?:cent(?:er|re)s?|mittelpunkte?)\b|"
     r"\btip [xyz]\b|\b(?:not|un)\W?(?:radius\W?|tip\W?)?(?:compensated|corrected)\b|"
