@@ -135,4 +135,5 @@ from .touches_csv import read_touches as read_touches
 from .touches_csv import write_touches as write_touches
 from .words_of_lines import joined_axes as joined_axes
 from .words_of_lines import plain_axes as plain_axes
+from .words_of_lines import stem_of_axes as stem_of_axes
 from .words_of_lines import units_in_text as units_in_text

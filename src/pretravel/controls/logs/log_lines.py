@@ -20,6 +20,7 @@ from pretravel.files import (
     joined_axes,
     opened,
     plain_axes,
+    stem_of_axes,
     units_in_text,
     without_comments,
 )
@@ -181,6 +182,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             stated.take(known, line, number)
         if position := _position(file, line, number, rotary):
             unread |= {name.upper() for name, value in _WORD.findall(line) if _unknown(name, value)}
+            stated.hold(f"{CHANGES['frame']} (the axes' names)", stem_of_axes(text), number)
             stated.row(number)
             rows.append(position)
             numbers.append(number)
