@@ -84,8 +84,8 @@ def plain_axes(line: str) -> str:
         return f"N{found[1]} " + _INDEX.sub(r"\1=", line)
     if "#506" in line or "Q11" in line:
         line = _SKIP_SIGNAL.sub(_axis_of_variable, line)
-    found = _stem_of_axes(line)
-    return line if found is None else found[1].sub(r"\1=", line)
+    stem = _stem_of_axes(line)
+    return line if stem is None else stem[1].sub(r"\1=", line)
 
 
 def stem_of_axes(line: str) -> str:
