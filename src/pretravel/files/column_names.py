@@ -335,6 +335,8 @@ def role_of_cells(cells: Sequence[str]) -> str | None:
     for role, pattern in _BY_CELLS.items():
         if all(map(pattern.fullmatch, different)):
             return role
+    if max(map(len, different)) > _LONGEST:
+        return None
     stems = {_NUMBER_OF_ONE.sub("", cell).lower() for cell in different}
     stem = stems.pop() if len(stems) == 1 else ""
     named = None if len(stem) < 2 or stem in _NAMES_OF_TOUCHES else column_name(stem).role

@@ -302,19 +302,20 @@ def statement_rows(name: str, table: Sequence[RowStatement], other_lines: str) -
 Record: TypeAlias = tuple[int, str]
 """Line number and text."""
 _THINGS = (
-    r"(?:tips?|stylus|styli|probe|prb(?=\s?=)|sensor|tool|taster|tastkugel|werkzeug|part|serial|teil|"
-    r"palpeur|palpador|palpatore|outil|herramienta|utensile|pi[èe]ce|pieza|pezzo|"
-    r"werkst(?:ü|ue)ck|workpiece|series|serie|set|pass|fixture|orientation)"
+    r"(?:tips?|stylus|styli|stylet|ruby|probe|prb(?=\s?=)|sensor|tool|taster|tastkugel|werkzeug|"
+    r"palpeur|palpador|palpatore|tastatore|outil|herramienta|utensile|part|serial|teil|"
+    r"werkst(?:ü|ue)ck|workpiece|pi[èe]ce|pieza|pezzo|series|serie|set|pass|fixture|set-?up|"
+    r"aufspannung|orientation|sphere|kugel|reference|referenz)"
 )
 """What a comment between rows can state or change."""
 _A_FEED = (
-    r"\b(?:feed|vorschub|avance)(?:rate)?\W*(?:[:=]\W*)?\d|^\W*F\s?=?\s?\d+(?:\.\d*)?\W*$|"
+    r"\b(?:feed|vorschub|avance)(?:rate)?\W*+\d|^\W*F\s?=?\s?\d+(?:\.\d*)?\W*$|"
     r"\b(?:prob|touch|measur|approach|search|antast|mess)\w*[\s_-]?(?:speed|velocity|"
     r"geschwindigkeit|vorschub)\W*\d|\bvitesse\b\D{0,20}\d"
 )
 _ANGLES = (
     r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$|"
-    r"^\W*[ABC]\s?(?:=\s?[-+]?\d+|[-+]?\d+\.)\d*(?:[.,]\d*)?°?\W*$"
+    r"^\W*[ABC]\s?(?:=\s?[-+]?\d++(?:[.,]\d*+)?+|[-+]?\d++\.\d*+)°?\W*$"
 )
 _TURN = (
     r"\bspind(?:le|el)\b\W*(?:(?:angle|orientation|winkel|position|turned|now|is|at|to|auf|[ACRS])"
@@ -325,8 +326,13 @@ _CHANGES_ROWS = (
     rf"\b{_THINGS}(?:\s?(?:no|nr|number|nummer|name|id)\b\.?)?\s*"
     rf"(?:[:=#]|[A-Z]?\d|[A-Z]\b(?!\W+\w)|\bis (?:now )?\w*\d)|"
     rf"\b{_THINGS}\W+(?:(?:is|was|now|has been)\W+)*(?:chang|swap|exchang|replac|gewechsel|wechsel|"
-    r"getauscht|turned|flipped|moved|shifted|rotated)\w*|"
-    rf"\b(?:new|next|other|another|second|third|chang\w*|swap\w*|switch\w*|neue[rs]?|nächste[rs]?|"
+    r"getauscht|turned|flipped|moved|shifted|rotated|gedreht|geschwenkt|gewendet|cambiat)\w*|"
+    r"\b(?:werkzeug|taster|tastkopf|teile?|werkst(?:ü|ue)ck)wechsel\b|"
+    rf"\b(?:changement|cambio|cambiat[oa]|nouvel(?:le)?|nuov[oa]|nuev[oa])\W+"
+    rf"(?:(?:de|d|du|la|le|il|el)\W+)*{_THINGS}\b|"
+    r"\b(?:feed(?:rate)?|vorschub)\W+(?:chang|halv|doubl|reduc|increas|geändert|erhöht|halbiert)\w*|"
+    r"\b(?:tisch|kopf)\W+(?:gedreht|geschwenkt)\b|"
+    rf"\b(?:new|next|other|another|second|2nd|third|3rd|chang\w*|swap\w*|switch\w*|neue[rs]?|nächste[rs]?|"
     rf"andere[rs]?|zweite[rs]?|with|mit)\W+(?:(?:the|a|to|of)\W+)*{_THINGS}\b|"
     r"\b(?:units?|einheit(?:en)?)\W*(?:[:=]|mm|in\b|cm\b|µm|inch|zoll|metric|imperial)|"
     r"\b(?:inch|inches|zoll|G2[01]|G5[4-9](?:\.\d)?|G92|G68|wcs|work ?offset|rotat\w*|alignment|"
@@ -358,7 +364,8 @@ _OF_ROWS = (
     r"\bfalse (?:trigger|trip|touch)\w*|\b(?:ignor|discard|delet|invalid|verwerf|verworfen|"
     r"repeat|redo|redone|doppelt|twice|wiederhol)\w*|"
     r"\b(?:second|other|zweite|andere) (?:side|seite)\b|"
-    r"\b(?:turned|flipped) (?:over|around)\b|\bby hand\b|\bmanuell\b"
+    r"\b(?:turned|flipped) (?:over|around)\b|\bby hand\b|\bmanuell\b|\bcrash|\b[ck]ollision|"
+    r"\b(?:back|bottom|rear) ?side\b|\brückseite\b"
 )
 """Notes about some touches: misses, touches that do not count, another side."""
 _CONDITIONS = (

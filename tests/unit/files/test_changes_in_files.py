@@ -163,8 +163,13 @@ def test_notes_of_a_cmm_that_speak_of_the_radius_are_named() -> None:
 
 
 @pytest.mark.parametrize(
-    "note", ["palpeur 2", "! PRB=PRB(2)", "F500", "probing speed 3 mm/s", "A=45", "C90.", "pièce 2"]
-)
+    "note",
+    [
+        "palpeur 2", "! PRB=PRB(2)", "F500", "probing speed 3 mm/s", "A=45", "C90.", "pièce 2",
+        "Tasterwechsel", "changement d'outil", "cambio de pieza", "neue Aufspannung", "2nd part",
+        "Teil gedreht", "Vorschub geändert", "ruby replaced", "setup 2", "other sphere",
+    ],
+)  # fmt: skip
 def test_notes_that_change_the_rows_after_them_are_refused(note: str) -> None:
     with pytest.raises(InputError, match=r"line 3: .*meaning of the rows"):
         _notes("csv", note, "between")
