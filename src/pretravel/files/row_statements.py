@@ -365,7 +365,8 @@ _OF_ROWS = (
     r"repeat|redo|redone|doppelt|twice|wiederhol)\w*|"
     r"\b(?:second|other|zweite|andere) (?:side|seite)\b|"
     r"\b(?:turned|flipped) (?:over|around)\b|\bby hand\b|\bmanuell\b|\bcrash|\b[ck]ollision|"
-    r"\b(?:back|bottom|rear) ?side\b|\brückseite\b"
+    r"\b(?:back|bottom|rear) ?side\b|\brückseite\b|\bsensitivity\b|"
+    r"\b(?:average|mean|mittel(?:wert)?)\W(?:of|aus|von)\W\d|\b\w*(?:force|kraft)\W*+\d"
 )
 """Notes about some touches: misses, touches that do not count, another side."""
 _CONDITIONS = (

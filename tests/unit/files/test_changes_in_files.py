@@ -142,6 +142,7 @@ def _notes(name: str, note: str, where: str) -> tuple[str, ...]:
     [
         "part temperature 24.5 °C", "Werkstücktemperatur 25", "probe error", "ignore this point",
         "false trigger", "touch 3 repeated", "measured by hand", "temp 23", "normals reversed",
+        "probe crashed", "back side", "average of 3 touches", "Antastkraft 0,2 N",
     ],
 )  # fmt: skip
 def test_a_note_between_or_below_the_rows_is_named(name: str, where: str, note: str) -> None:
