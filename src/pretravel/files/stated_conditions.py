@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
+from pretravel.files.logs.refused_formats import names_a_centre
 from pretravel.files.roles_of_columns import ColumnRoles
 from pretravel.files.row_statements import changes_rows, refuse_compensated
 from pretravel.files.source_file import SourceFile, shortened
@@ -92,6 +93,8 @@ _WITHOUT_SIZE = (
 )
 """A size in mm, or with the decimals of a certificate: tip 4 mm, sphere: 24.9987."""
 _VALUE = r"\W{0,3}(?P<value>\d+(?:[.,]\d+)?)\s*(?P<unit>mm|in(?:ch)?\b|\")?"
+_SMALLEST_SIZE = 0.5
+"""Below this a number can be a deviation. [mm]"""
 _LARGEST_DIFFERENCE = 0.18
 """Of two diameters of one tip or reference: of an effective and a nominal one, twice the largest
 pretravel, 80 µm, and their tolerances. [mm]"""
@@ -153,6 +156,39 @@ def tip_not_used(text: TextTable, unit: str) -> tuple[str, ...]:
     line, where, diameter = found
     said = f"{where} gives the tip a diameter of {diameter:.6g} mm (line {line}), which is not used"
     return (f"{said}: give it, if these are tip centres",)
+
+
+def size_of_features(
+    text: TextTable, used: Collection[int], unit: str, tip_radius: float | None
+) -> tuple[str, ...]:
+    """A sentence about a column of radii or diameters that are not those of the tip.
+
+    Parameters
+    ----------
+    text : TextTable
+    used : collection of int
+        Columns that have another meaning.
+    unit : str
+        Unit of length in which the table is read.
+    tip_radius : float or None
+        [mm]
+    """
+    round_ones = all(names_a_centre(row[0]) for row in text.rows)
+    for i, title in _other_columns(text, used):
+        times = {"radius": 1.0, "rad": 1.0}.get(title)
+        times = {"r": 1.0, "d": 2.0}.get(title, times) if round_ones else times
+        sizes = [_number(cell) for cell in text.column(i)]
+        known = [LENGTH_UNITS.get(unit, 1.0) * size for size in sizes if size is not None]
+        if tip_radius is None or times is None or len(known) < len(sizes):
+            continue
+        low, high, own = min(known), max(known), times * tip_radius
+        if low >= _SMALLEST_SIZE and not low - _LARGEST_DIFFERENCE <= own <= high:
+            what = "radius" if times == 1.0 else "diameter"
+            span = f"{low:.6g}" if high == low else f"{low:.6g} to {high:.6g}"
+            said = f"{text.title(i)} is {span} mm, and the tip's {what} is {own:.6g} mm"
+            why = "they are no touches, and nothing is left to compensate"
+            return (f"{said}: if the rows are circles or other features, {why}",)
+    return ()
 
 
 def refuse_other_tip(

@@ -34,6 +34,7 @@ from pretravel.files.rows_of_touches import rows_of_touches, verdicts, with_trav
 from pretravel.files.source_file import SourceFile
 from pretravel.files.stated_conditions import (
     refuse_contradictions,
+    size_of_features,
     tip_not_used,
     unit_of_rows,
 )
@@ -181,6 +182,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
             *verdicts(text, _other_columns(text, roles)),
             *nothing_measured((*text.around, *text.among)),
             *(tip_not_used(text, unit_name) if options.tip_radius is None else ()),
+            *size_of_features(text, roles.used, unit_name, options.tip_radius),
         ),
     )
 

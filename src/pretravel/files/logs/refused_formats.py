@@ -103,7 +103,7 @@ def _is_calypso(line: str) -> bool:
 
 
 _SIZES = re.compile(
-    r"(?:nom(?:inal)?|act(?:ual)?|meas(?:ured)?|soll|ist)?(?:diam(?:eter)?|dia|durchmesser|diametre|"
+    r"(?:nom(?:inal)?|act(?:ual)?|meas(?:ured)?|soll|ist)?(?:diam(?:eter)?|dia|durchm(?:esser)?|diametre|"
     r"diametro|form(?:error|dev|fehler)?|roundness|circularity|flatness|cylindricity|straightness|"
     r"rundheit|ebenheit|zylindrizitat|redondez|planitud|cilindricidad|circularite|planeite|"
     r"cylindricite|rotondita|planarita|sigma|stddev|(?:n|no|nr|num|number|anzahl)?(?:of)?(?:points|"
@@ -139,9 +139,11 @@ _RESULTS = (
 
 _CENTRE = re.compile(
     r"[xyz](?:c|m|o|cen|cent(?:er|re)|mitte|mittelpunkt|centro)|"
-    r"(?:c|cen|cent(?:er|re)|mitte|mittelpunkt|centro)[xyz]"
+    r"(?:c|cen|cent(?:er|re)|mitte|mittelpunkt|mp|centro)[xyz]"
 )
 """Coordinates of a centre, without blanks."""
+_AXES = [[f"{word}{letter}" for letter in "ijk"] for word in ("axis", "achse", "axe", "asse")]
+"""Columns of the axis of a circle or cylinder."""
 _BEGINS_SIZE = re.compile(r"d|r|size|radius|(?:dia|durchm|form|round).*")
 _RADII = {
     "radius", "rad", "radio", "rayon", "raggio", "nomradius", "actradius", "measradius",
@@ -159,6 +161,15 @@ _BESIDE_FEATURES = {
 def _folded(text: str) -> str:
     """A text without its accents."""
     return "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+
+
+def names_a_centre(name: str) -> bool:
+    """Whether a name is that of a feature whose place is a centre.
+
+    >>> names_a_centre("CIR1"), names_a_centre("BORE_2"), names_a_centre("P1")
+    (True, True, False)
+    """
+    return _OF_ONE_CENTRE.fullmatch(_folded(name)) is not None
 
 
 def _column(lines: list[str], column: int, width: int) -> list[str]:
@@ -200,7 +211,7 @@ def _are_centres(lines: list[str], plain: list[str]) -> bool:
     """Whether rows have the names of round features, one each, and their axes as vectors."""
     width = len(plain)
     names = [cell for cell in _column(lines, 0, width)[1:] if cell]
-    round_ones = [name for name in names if _OF_ONE_CENTRE.fullmatch(_folded(name))]
+    round_ones = [name for name in names if names_a_centre(name)]
     if len(names) < FEWEST_ROWS or len({*round_ones}) < len(names):
         return False
     vectors = [i for i, word in enumerate(plain) if word in ("i", "j", "k")]
@@ -233,6 +244,8 @@ def _is_feature_list(lines: list[str]) -> bool:
             return True
         return all(any(word in kind for word in plain) for kind in _RESULTS)
     if any(_SIZES.fullmatch(word) for word in squeezed if word) or "ø" in cells:
+        return True
+    if any({*axis} <= {*squeezed} for axis in _AXES):
         return True
     width = len(cells)
     if any(map(_SIZES_ELSEWHERE.search, cells)) or _are_centres(lines, plain):
