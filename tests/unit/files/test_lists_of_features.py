@@ -34,6 +34,8 @@ def test_results_of_features_are_refused(text: str) -> None:
     [
         "Name,X,Y,Z,I,J,K\nbore1,10,0,-5,-1,0,0\nbore2,0,10,-5,0,-1,0\n",
         "Name,X,Y,Z,I,J,K\nbore1-1,10,0,-5,0,0,1\nbore1-2,0,10,-5,0,0,1\n",
+        "Nr,Element,X,Y,Z,I,J,K\n"
+        + "".join(f"{i},plane{i // 3},{i},1,3.01,0,0,1\n" for i in range(6)),
         "X,Y,Z,D\n10,0,-5,0.001\n0,10,-5,-.002\n-10,0,-5,.003\n",
         "X,Y,Z,R\n10,0,-5,3.0\n0,10,-5,3.0\n-10,0,-5,3.0\n",
     ],

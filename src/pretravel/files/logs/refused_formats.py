@@ -174,8 +174,9 @@ def names_a_centre(name: str) -> bool:
 
 def _column(lines: list[str], column: int, width: int) -> list[str]:
     """The cells of a column of a table of a width."""
-    split = [line.split(separator) for line in lines for separator in (";", "\t", "|", ",", None)]
-    return [cells[column].strip(' "') for cells in split if len(cells) == width]
+    every = ([line.split(separator) for separator in (";", "\t", "|", ",", None)] for line in lines)
+    split = (next((cells for cells in ways if len(cells) == width), None) for ways in every)
+    return [cells[column].strip(' "') for cells in split if cells is not None]
 
 
 def _vary(lines: list[str], column: int, width: int) -> bool:
@@ -225,6 +226,12 @@ def _name_features(lines: list[str], width: int) -> bool:
     return 2 * sum(bool(_KINDS.match(_folded(name))) for name in names) > max(len(names), 1)
 
 
+def _have_several_rows(names: list[str]) -> bool:
+    """Whether the names of features, plane1 and not plane, have rows each: their points."""
+    numbered = all(_KINDS.match(_folded(name)) and name[-1:].isdigit() for name in names)
+    return numbered and 1 < 2 * len({*names}) <= len(names)
+
+
 def _some_are_points(types: list[str]) -> bool:
     """Whether some rows are points, and others are features whose centre is not a touch."""
     points = any(_POINTS.match(_folded(cell)) for cell in types)
@@ -264,6 +271,8 @@ def _is_feature_list(lines: list[str]) -> bool:
         return False
     if any(_some_are_points(_column(lines, i, len(cells))) for i in columns):
         return True
+    if any(_have_several_rows(_column(lines, i, width)[1:]) for i in columns):
+        return False
     rows = [line for line in lines[:60] if any(sign.isdigit() for sign in line)]
     kinds = [line for line in rows if re.search(rf"(?:^|[;,\t|\s\"]){_KINDS.pattern}", line, re.I)]
     return len(rows) > 0 and 2 * len(kinds) > len(rows)
