@@ -186,7 +186,7 @@ def size_of_features(
             what = "radius" if times == 1.0 else "diameter"
             span = f"{low:.6g}" if high == low else f"{low:.6g} to {high:.6g}"
             said = f"{text.title(i)} is {span} mm, and the tip's {what} is {own:.6g} mm"
-            why = "they are no touches, and nothing is left to compensate"
+            why = "they are not touches, and nothing is left to compensate"
             return (f"{said}: if the rows are circles or other features, {why}",)
     return ()
 
