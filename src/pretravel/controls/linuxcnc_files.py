@@ -111,7 +111,7 @@ def read_tool(source: Source, number: int, units: str = "mm") -> Tool:
     Raises
     ------
     InputError
-        There is no such tool; a line does not consist of letters with numbers.
+        There is no such tool, or two; a line does not consist of letters with numbers.
 
     >>> from pretravel.files.source_file import SourceFile
     >>> file = SourceFile("tool.tbl", b"T99 P3 D6.0 Z101.5 ;probe\n")
@@ -120,7 +120,7 @@ def read_tool(source: Source, number: int, units: str = "mm") -> Tool:
     """
     file = opened(source)
     scale = UNITS[units]
-    known = []
+    known, found = [], None
     for line_number, line in enumerate(file.lines("a tool table"), start=1):
         text = line.partition(";")[0].strip()
         if not text:
@@ -141,7 +141,11 @@ def read_tool(source: Source, number: int, units: str = "mm") -> Tool:
             )
         known += [int(stated)] if "T" in values else []
         if "T" in values and known[-1] == number:
-            return Tool(number, scale * values.get("Z", 0.0), scale * values.get("D", 0.0))
+            if found is not None:
+                raise file.error(f"T{number} comes twice: delete one of the lines", line_number)
+            found = Tool(number, scale * values.get("Z", 0.0), scale * values.get("D", 0.0))
+    if found is not None:
+        return found
     names = ", ".join(f"T{n}" for n in known[:_SHOWN]) + (" …" if len(known) > _SHOWN else "")
     raise file.error(
         f"there is no tool {number}; there {'are ' + names if known else 'is none'}",

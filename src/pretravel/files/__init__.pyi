@@ -102,6 +102,7 @@ from .row_statements import RowStatement as RowStatement
 from .row_statements import RowStatements as RowStatements
 from .row_statements import StatedRows as StatedRows
 from .row_statements import comments_among as comments_among
+from .row_statements import conditions_not_read as conditions_not_read
 from .row_statements import unknown_lines as unknown_lines
 from .rows_of_touches import is_verdict as is_verdict
 from .rows_of_touches import verdicts as verdicts
@@ -138,4 +139,5 @@ from .touches_csv import write_touches as write_touches
 from .words_of_lines import days_in_text as days_in_text
 from .words_of_lines import joined_axes as joined_axes
 from .words_of_lines import plain_axes as plain_axes
+from .words_of_lines import stem_of_axes as stem_of_axes
 from .words_of_lines import units_in_text as units_in_text

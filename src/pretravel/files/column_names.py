@@ -86,7 +86,7 @@ _OTHER_SCRIPTS = {
 _NOMINAL_WORDS = (
     "nominal", "nom", "soll", "sollwert", "sollmass", "theo", "theoretical", "theorique",
     "teorico", "teorica", "theor", "nominale", "nominell", "ref", "reference",
-    "target", "design", "cad", "expected", "programmed", "basic", "set", "setpoint",
+    "nominellt", "target", "design", "cad", "expected", "programmed", "basic", "set", "setpoint",
     "nominaal", "nominalne", "nominalna", "nominalni", "jmenovite",
 )  # fmt: skip
 _NORMAL_WORDS = (
@@ -220,6 +220,10 @@ _BY_CELLS = {
     "orientation": re.compile(r"A-?\d+(?:\.\d+)?[ _/]?B-?\d+(?:\.\d+)?", re.IGNORECASE),
 }
 """Cells that say what their column groups, whatever it is called."""
+_NUMBER_OF_ONE = re.compile(r"[\s_.:#-]*(?:\"[^\"]*\"|\d+)$")
+"""What follows the noun of a cell: TOOL_3, T="BALL_3"."""
+_NAMES_OF_TOUCHES = {"probe", "probing", "touch", "set", "run", "reference"}
+"""Nouns that number touches, too."""
 _ROTARY_WORDS = ("", "axis", "achse", "axe", "deg", "rot", "angle", "winkel")
 _LABEL_WORDS = (
     "label", "name", "pointname", "punktname", "punktbezeichnung", "bezeichnung", "pointid",
@@ -279,6 +283,8 @@ def column_name(title: str) -> ColumnName:
     found = _known().get(plain) or _of_one_word(words)
     if plain in ("spindle", "spindel") and unit in ANGLE_UNITS:  # without it, perhaps a speed
         found = "spindle", 1
+    if found == ("pass", GUESSED) and unit in FEED_UNITS:  # Speed [mm/s]
+        found = "feed", GUESSED + 1  # below a column of feeds
     if found is None:
         return ColumnName(title, None, None, 1)
     role, rank = found
@@ -320,6 +326,8 @@ def role_of_cells(cells: Sequence[str]) -> str | None:
 
     >>> role_of_cells(["fast", "slow", "fast", "slow"]), role_of_cells(["a", "b", "a"])
     ('pass', None)
+    >>> role_of_cells(["TOOL_3", "TOOL_3", "TOOL_5"]), role_of_cells(["P1", "P1", "P2"])
+    ('tip', None)
     """
     different = {*cells}
     if not 1 < len(different) < max(len(cells), 3) or len(different) > _MOST_GROUPS:
@@ -327,7 +335,12 @@ def role_of_cells(cells: Sequence[str]) -> str | None:
     for role, pattern in _BY_CELLS.items():
         if all(map(pattern.fullmatch, different)):
             return role
-    return None
+    if max(map(len, different)) > _LONGEST:
+        return None
+    stems = {_NUMBER_OF_ONE.sub("", cell).lower() for cell in different}
+    stem = stems.pop() if len(stems) == 1 else ""
+    named = None if len(stem) < 2 or stem in _NAMES_OF_TOUCHES else column_name(stem).role
+    return named if named in {*TEXT_ROLES, FRAME_ROLE} - {"label"} else None
 
 
 def groups_rows(cells: Sequence[str]) -> bool:

@@ -275,6 +275,8 @@ class FilePositions:
     nominal_points : (n, 3) float or None
         [mm]
     approaches : (n, 3) float or None
+    axes : tuple of str or None
+        Letters of the axes that moved to each position; empty where the file does not state it.
     words : mapping of str to tuple of str
         Of each position, by column: tip, part, pass, orientation.
     warnings : tuple of str
@@ -294,6 +296,7 @@ class FilePositions:
     understood: str = ""
     nominal_points: FloatArray | None = None
     approaches: FloatArray | None = None
+    axes: tuple[str, ...] | None = None
     words: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     lacks: tuple[str, ...] = ()
@@ -320,6 +323,7 @@ class FilePositions:
             spindle=of(self.spindle),
             nominal_points=of(self.nominal_points),
             approaches=of(self.approaches),
+            axes=None if self.axes is None else tuple(self.axes[i] for i in index),
             words={name: tuple(each[i] for i in index) for name, each in self.words.items()},
         )
 

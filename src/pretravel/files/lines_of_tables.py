@@ -244,6 +244,8 @@ def numbers_columns(cells: Sequence[str], below: Sequence[str]) -> bool:
 
 _DRESSED = re.compile(rf"({NUMERAL})(?:([-+−])|\s?([A-Za-zµμ°\"/]{{1,8}}))")
 """A number with its sign or its unit behind it."""
+_APART = re.compile(r"([-+−])\s+(?=[\d.,])")
+"""A sign with blanks between it and its number."""
 _SIGNED = re.compile(r"\s*[-+−]")
 
 
@@ -252,7 +254,10 @@ def plain_number(cell: str) -> tuple[str, str]:
 
     >>> plain_number("12.5 mm"), plain_number("0.01-"), plain_number("P1"), plain_number("-1-")
     (('12.5', 'mm'), ('-0.01', ''), ('P1', ''), ('-1-', ''))
+    >>> plain_number("- 12.5")
+    ('-12.5', '')
     """
+    cell = _APART.sub(r"\1", cell, count=1) if _APART.match(cell) else cell
     found = _DRESSED.fullmatch(cell)
     if found is None or (found[2] and _SIGNED.match(cell)) or (found[3] and not unit_of(found[3])):
         return cell, ""

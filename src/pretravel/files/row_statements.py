@@ -104,9 +104,9 @@ class StatedRows:
     named : list of line and text
         Lines that are known, and not read.
     of_centres : bool
-        The rows are tip centres, so that a line before them can contradict.
-    before : list of line and text
-        Notes before the first row.
+        The rows are tip centres, so that a note can contradict.
+    notes : list of line and text
+        Comments and texts, before, between and after the rows.
     """
 
     file: SourceFile
@@ -117,7 +117,7 @@ class StatedRows:
     unmeasured: list[tuple[int, str]] = field(default_factory=list)
     named: list[tuple[int, str]] = field(default_factory=list)
     of_centres: bool = False
-    before: list[tuple[int, str]] = field(default_factory=list)
+    notes: list[tuple[int, str]] = field(default_factory=list)
     _held: dict[str, tuple[str, int]] = field(default_factory=dict)
     _events: dict[str, tuple[int, int]] = field(default_factory=dict)
     _broken: tuple[str, int] | None = None
@@ -171,7 +171,7 @@ class StatedRows:
             self.hold(f"{CHANGES[statement.means]} ({statement.words})", again, number)
 
     def note(self, line: str, number: int, *, known: bool = True) -> None:
-        """Keep what a text says of all rows, above the first one.
+        """Keep what a text says of the rows.
 
         Raises
         ------
@@ -180,12 +180,10 @@ class StatedRows:
         """
         if re.search(_NOT_MEASURED, line, re.IGNORECASE):
             self.unmeasured.append((number, line))
-        if self.rows:
-            return
         if self.of_centres:
-            refuse_compensated_before(self.file, line, number)
+            refuse_compensated(self.file, line, number)
         if known:
-            self.before.append((number, line))
+            self.notes.append((number, line))
 
     def _event(self, value: str) -> str:
         """Name of an event: that of the second time, with rows in between, ends in (2)."""
@@ -227,10 +225,11 @@ class StatedRows:
 
     def warnings(self) -> tuple[str, ...]:
         """Sentences that name the lines that are not known, or say that nothing was measured."""
+        of_radius = "" if self.of_centres else f"|{_COMPENSATED.pattern}|{_CENTRES}"
         return (
             *unknown_lines(self.unknown),
             *lines_not_read(self.named),
-            *conditions_not_read(self.before, f"{_CONDITIONS}|{_TIP_SIZE}"),
+            *conditions_not_read(self.notes, f"{_CONDITIONS}|{_TIP_SIZE}{of_radius}"),
             *nothing_measured(self.unmeasured),
         )
 
@@ -303,12 +302,21 @@ def statement_rows(name: str, table: Sequence[RowStatement], other_lines: str) -
 Record: TypeAlias = tuple[int, str]
 """Line number and text."""
 _THINGS = (
-    r"(?:tips?|stylus|styli|probe|sensor|tool|taster|tastkugel|werkzeug|part|serial|teil|"
-    r"werkst(?:ü|ue)ck|workpiece|series|serie|set|pass|fixture|orientation)"
+    r"(?:tips?|stylus|styli|stylet|ruby|probe|prb(?=\s?=)|sensor|tool|taster|tastkugel|werkzeug|"
+    r"palpeur|palpador|palpatore|tastatore|outil|herramienta|utensile|part|serial|teil|"
+    r"werkst(?:ü|ue)ck|workpiece|pi[èe]ce|pieza|pezzo|series|serie|set|pass|fixture|set-?up|"
+    r"aufspannung|orientation|sphere|kugel|reference|referenz)"
 )
 """What a comment between rows can state or change."""
-_A_FEED = r"\b(?:feed|vorschub|avance)(?:rate)?\W*(?:[:=]\W*)?\d"
-_ANGLES = r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$"
+_A_FEED = (
+    r"\b(?:feed|vorschub|avance)(?:rate)?\W*+\d|^\W*F\s?=?\s?\d+(?:\.\d*)?\W*$|"
+    r"\b(?:prob|touch|measur|approach|search|antast|mess)\w*[\s_-]?(?:speed|velocity|"
+    r"geschwindigkeit|vorschub)\W*\d|\bvitesse\b\D{0,20}\d"
+)
+_ANGLES = (
+    r"^\W*(?:[ABC]\W?[:=]?\W?[-+]?\d+(?:\.\d+)?°?\W*){2,}$|"
+    r"^\W*[ABC]\s?(?:=\s?[-+]?\d++(?:[.,]\d*+)?+|[-+]?\d++\.\d*+)°?\W*$"
+)
 _TURN = (
     r"\bspind(?:le|el)\b\W*(?:(?:angle|orientation|winkel|position|turned|now|is|at|to|auf|[ACRS])"
     r"\W*){0,4}[-+]?\d++(?:[.,]\d++)?+(?!\s*(?:rpm|1/min|u/min|min))"
@@ -318,8 +326,13 @@ _CHANGES_ROWS = (
     rf"\b{_THINGS}(?:\s?(?:no|nr|number|nummer|name|id)\b\.?)?\s*"
     rf"(?:[:=#]|[A-Z]?\d|[A-Z]\b(?!\W+\w)|\bis (?:now )?\w*\d)|"
     rf"\b{_THINGS}\W+(?:(?:is|was|now|has been)\W+)*(?:chang|swap|exchang|replac|gewechsel|wechsel|"
-    r"getauscht|turned|flipped|moved|shifted|rotated)\w*|"
-    rf"\b(?:new|next|other|another|second|third|chang\w*|swap\w*|switch\w*|neue[rs]?|nächste[rs]?|"
+    r"getauscht|turned|flipped|moved|shifted|rotated|gedreht|geschwenkt|gewendet|cambiat)\w*|"
+    r"\b(?:werkzeug|taster|tastkopf|teile?|werkst(?:ü|ue)ck)wechsel\b|"
+    rf"\b(?:changement|cambio|cambiat[oa]|nouvel(?:le)?|nuov[oa]|nuev[oa])\W+"
+    rf"(?:(?:de|d|du|la|le|il|el)\W+)*{_THINGS}\b|"
+    r"\b(?:feed(?:rate)?|vorschub)\W+(?:chang|halv|doubl|reduc|increas|geändert|erhöht|halbiert)\w*|"
+    r"\b(?:tisch|kopf)\W+(?:gedreht|geschwenkt)\b|"
+    rf"\b(?:new|next|other|another|second|2nd|third|3rd|chang\w*|swap\w*|switch\w*|neue[rs]?|nächste[rs]?|"
     rf"andere[rs]?|zweite[rs]?|with|mit)\W+(?:(?:the|a|to|of)\W+)*{_THINGS}\b|"
     r"\b(?:units?|einheit(?:en)?)\W*(?:[:=]|mm|in\b|cm\b|µm|inch|zoll|metric|imperial)|"
     r"\b(?:inch|inches|zoll|G2[01]|G5[4-9](?:\.\d)?|G92|G68|wcs|work ?offset|rotat\w*|alignment|"
@@ -345,19 +358,33 @@ _NOTE = re.compile(r"(?:[;#(%]|//|\$\$|TEXT\s*/|COMMENT\s*/)", re.IGNORECASE)
 """Begins a line of a log that is a comment or a text."""
 
 
+_OF_ROWS = (
+    r"\b(?:no|without|kein|ohne|sans|sin)\W(?:contact\w*|kontakt|trigger|signal)\b|\bmiss(?:ed)?\b|"
+    r"\b(?:prob|touch|antast)\w*\W(?:error|fail\w*|fehler)\b|\b(?:abort|abgebroch|interrompu)\w*|"
+    r"\bfalse (?:trigger|trip|touch)\w*|\b(?:ignor|discard|delet|invalid|verwerf|verworfen|"
+    r"repeat|redo|redone|doppelt|twice|wiederhol)\w*|"
+    r"\b(?:second|other|zweite|andere) (?:side|seite)\b|"
+    r"\b(?:turned|flipped) (?:over|around)\b|\bby hand\b|\bmanuell\b|\bcrash|\b[ck]ollision|"
+    r"\b(?:back|bottom|rear) ?side\b|\brückseite\b|\bsensitivity\b|"
+    r"\b(?:average|mean|mittel(?:wert)?)\W(?:of|aus|von)\W\d|\b\w*(?:force|kraft)\W*+\d"
+)
+"""Notes about some touches: misses, touches that do not count, another side."""
 _CONDITIONS = (
-    rf"{_A_FEED}|"
+    rf"{_OF_ROWS}|{_A_FEED}|"
     r"\bspind(?:le|el)\b.*\d|"
-    r"\btemp(?:eratur\w*|\.)?\W*(?:[:=]\W*)?-?\d|"
+    r"\b(?:\w*temp[ée]ratur\w*|temp)\b\D{0,24}\d|\d\s?°\s?[CF]\b|"
+    r"\bM0?19\W*[A-Z]\W?[-+]?\d|\bSPOS\b|"
+    r"\bnormals?\W+(?:are\W+)?(?:reversed|inverted|inward|into)\b|\border\W+[YZ]\b|"
     rf"{_ANGLES}|"
     r"\bmirror\w*\W+[XYZ]\b|"
     r"\bU(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]\s?\d|"
     r"\b(?:offset|scale|scaling|mirror\w*|rotat\w*|head|axis|achse|shank|delay|latency|form|"
     r"backlash|umkehrspanne|friction|reibung)\b\W*(?:[A-Z]{1,3}\W*)?[-+]?\d|"
-    r"\b(?:tip|stylus|probe|sensor|taster|tool|werkzeug|orientation|ausrichtung)\b[^\w:=]*+"
+    r"\b(?:tip|stylus|probe|prb|sensor|taster|tool|werkzeug|palpeur|palpador|palpatore|outil|"
+    r"herramienta|utensile|orientation|ausrichtung)\b[^\w:=]*+"
     r"(?:(?:name|no|nr|number|id|is)\b[^\w:=]*+)*+(?:[:=]\W*+\w|\w*\d)"
 )
-"""Lines before the rows that state what points depend on, and no option or column reads."""
+"""Lines that state what points depend on, and no option or column reads."""
 _TIP_SIZE = (
     r"\b(?:tip|ball|probe|stylus|taster|tastkugel|kugel)\W?(?:ball\W?)?"
     r"(?:dia(?:meter)?|durchmesser|Ø|radius)\W{0,3}\d"
@@ -365,12 +392,12 @@ _TIP_SIZE = (
 """Lines of logs, which do not compare the size with the one that is given."""
 
 
-def conditions_not_read(before: Sequence[Record], words: str = _CONDITIONS) -> tuple[str, ...]:
-    """A sentence that names conditions that lines before a table state.
+def conditions_not_read(lines: Sequence[Record], words: str = _CONDITIONS) -> tuple[str, ...]:
+    """A sentence that names conditions that lines around rows state.
 
     Parameters
     ----------
-    before : sequence of line and text
+    lines : sequence of line and text
     words : str
         Regular expression of conditions.
 
@@ -378,7 +405,7 @@ def conditions_not_read(before: Sequence[Record], words: str = _CONDITIONS) -> t
     "not read: line 2 '# sphere 25 mm, U = 1.2 µm (k = 2)'. Give what it states in a column or as \
 an option"
     """
-    found = [(number, line) for number, line in before if re.search(words, line, re.IGNORECASE)]
+    found = [(number, line) for number, line in lines if re.search(words, line, re.IGNORECASE)]
     return tuple(
         f"{said}. Give what it states in a column or as an option" for said in lines_not_read(found)
     )
@@ -459,7 +486,7 @@ def nothing_measured(before: Sequence[Record]) -> tuple[str, ...]:
     return (f"line {number} '{shortened(line)}' {said}",)
 
 
-_COMPENSATED_BEFORE = re.compile(
+_COMPENSATED = re.compile(
     r"\b(?:radius|tip|ball|probe|cutter)\W?(?:radius\W?)?(?:comp(?:\.|ensat(?:ion|ed))?|correct(?:ion|"
     r"ed))\W*(?:is\b|was\b)?\W*(?:on|yes|true|1|active|ja|ein|G4[12])\b|"
     r"\b(?:radiuskorrektur|G4[12])\W*(?:on|ein|ja|1|aktiv|active)\b|"
@@ -474,23 +501,24 @@ _COMPENSATED_BEFORE = re.compile(
     r"(?:(?:coordinates|in|are|mm|inch)\b\W*+)*+$",
     re.IGNORECASE,
 )
-"""A line before the rows that says that the radius, or the pretravel, is subtracted already."""
+"""A line that says that the radius, or the pretravel, is subtracted already."""
+_CENTRES = r"\b(?:tip|ball|probe|kugel|taster)\W?(?:cent(?:er|re)s?|mittelpunkte?)\b"
 _NOT_SUBTRACTED = re.compile(
     r"\b(?:not?|un\w*|nicht|without|ohne|before|vor|none|off|aus|false|nein)\b|(?<![\d.,])0(?![\d.,])",
     re.IGNORECASE,
 )
 
 
-def refuse_compensated_before(file: SourceFile, line: str, number: int) -> None:
-    """Refuse rows of which a line before them says that they are compensated.
+def refuse_compensated(file: SourceFile, line: str, number: int) -> None:
+    """Refuse rows of which a line says that they are compensated.
 
     Raises
     ------
     InputError
 
-    >>> refuse_compensated_before(SourceFile("a.txt", b""), "# tip radius not subtracted", 1)
+    >>> refuse_compensated(SourceFile("a.txt", b""), "# tip radius not subtracted", 1)
     """
-    if _COMPENSATED_BEFORE.search(line) and not _NOT_SUBTRACTED.search(line):
+    if _COMPENSATED.search(line) and not _NOT_SUBTRACTED.search(line):
         raise file.error(
             f"'{shortened(line)}': positions that the control or the CMM compensated. The "
             "centre of the tip at the trigger is needed. If they are tip centres, leave this "

@@ -7,8 +7,9 @@ from collections.abc import Collection, Iterator, Sequence
 
 from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
 from pretravel.files.file_format import ReadingOptions
+from pretravel.files.logs.refused_formats import names_a_centre
 from pretravel.files.roles_of_columns import ColumnRoles
-from pretravel.files.row_statements import changes_rows, refuse_compensated_before
+from pretravel.files.row_statements import changes_rows, refuse_compensated
 from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.text_table import TextTable
 
@@ -57,12 +58,17 @@ _UNIT = {
     "unit", "units", "einheit", "unit of length", "maßeinheit", "unité", "unite", "unidad",
     "unidades", "unità", "unita",
 }  # fmt: skip
-_ON = {*_YES, "on", "g41", "g42"}
+_ON = {
+    *_YES, "on", "ein", "an", "active", "aktiv", "enabled", "links", "rechts", "left", "right",
+    "g41", "g42", "compensated", "corrected", "kompensiert", "korrigiert",
+}  # fmt: skip
 _COMPENSATED = re.compile(
     r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?(?:comp(?:\.|ensated|ensation)?|"
-    r"corr(?:\.|ected|ection))|kompensiert|radiuskorrektur|korrigiert"
+    r"corr(?:\.|ected|ection))|(?:radius|tasterradius|kugel)?(?:kompensation|korrektur|kompensiert|"
+    r"korrigiert)|g4[012]|(?:correction|compensation) (?:de |du )?rayon|"
+    r"compens(?:é|ado|ato)|corrig(?:é|ido)|corretto"
 )
-_OFF = {*_NO, "off", "none", "g40", "aus"}
+_OFF = {*_NO, "off", "none", "g40", "aus", "inactive", "inaktiv", "disabled"}
 _TIP_CENTRES = re.compile(
     r"\b(?:tip|ball|probe|stylus|sphere|tastkugel|kugel)\W?(?:cent(?:er|re)s?|mittelpunkte?)\b|"
     r"\btip [xyz]\b|\b(?:not|un)\W?(?:radius\W?|tip\W?)?(?:compensated|corrected)\b|"
@@ -87,6 +93,8 @@ _WITHOUT_SIZE = (
 )
 """A size in mm, or with the decimals of a certificate: tip 4 mm, sphere: 24.9987."""
 _VALUE = r"\W{0,3}(?P<value>\d+(?:[.,]\d+)?)\s*(?P<unit>mm|in(?:ch)?\b|\")?"
+_SMALLEST_SIZE = 0.5
+"""Below this a number can be a deviation. [mm]"""
 _LARGEST_DIFFERENCE = 0.18
 """Of two diameters of one tip or reference: of an effective and a nominal one, twice the largest
 pretravel, 80 µm, and their tolerances. [mm]"""
@@ -117,8 +125,8 @@ def refuse_contradictions(
         _refuse_tip_centres(text, roles)
     else:
         _refuse_compensated(text, roles)
-        for line, words in text.before:
-            refuse_compensated_before(text.file, words, line)
+        for line, words in (*text.around, *text.among):
+            refuse_compensated(text.file, words, line)
     if options.tip_radius is not None:
         for line, where, diameter in _diameters(text, _OF_TIP, unit, options.tip):
             refuse_other_tip(text.file, diameter, 2.0 * options.tip_radius, where, line)
@@ -148,6 +156,39 @@ def tip_not_used(text: TextTable, unit: str) -> tuple[str, ...]:
     line, where, diameter = found
     said = f"{where} gives the tip a diameter of {diameter:.6g} mm (line {line}), which is not used"
     return (f"{said}: give it, if these are tip centres",)
+
+
+def size_of_features(
+    text: TextTable, used: Collection[int], unit: str, tip_radius: float | None
+) -> tuple[str, ...]:
+    """A sentence about a column of radii or diameters that are not those of the tip.
+
+    Parameters
+    ----------
+    text : TextTable
+    used : collection of int
+        Columns that have another meaning.
+    unit : str
+        Unit of length in which the table is read.
+    tip_radius : float or None
+        [mm]
+    """
+    round_ones = all(names_a_centre(row[0]) for row in text.rows)
+    for i, title in _other_columns(text, used):
+        times = {"radius": 1.0, "rad": 1.0}.get(title)
+        times = {"r": 1.0, "d": 2.0}.get(title, times) if round_ones else times
+        sizes = [_number(cell) for cell in text.column(i)]
+        known = [LENGTH_UNITS.get(unit, 1.0) * size for size in sizes if size is not None]
+        if tip_radius is None or times is None or len(known) < len(sizes):
+            continue
+        low, high, own = min(known), max(known), times * tip_radius
+        if low >= _SMALLEST_SIZE and not low - _LARGEST_DIFFERENCE <= own <= high:
+            what = "radius" if times == 1.0 else "diameter"
+            span = f"{low:.6g}" if high == low else f"{low:.6g} to {high:.6g}"
+            said = f"{text.title(i)} is {span} mm, and the tip's {what} is {own:.6g} mm"
+            why = "they are not touches, and nothing is left to compensate"
+            return (f"{said}: if the rows are circles or other features, {why}",)
+    return ()
 
 
 def refuse_other_tip(
@@ -226,7 +267,7 @@ def _diameters(
             if number is not None:
                 line = text.lines[text.column(i).index(cell)]
                 yield line, title, own * number * _diameters_in(named)
-    for line, comment in text.before:
+    for line, comment in text.around:
         sized = re.search(rf"\b{words}{_SIZE}{_VALUE}", comment, re.IGNORECASE)
         found = sized or re.search(rf"\b{words}{_WITHOUT_SIZE}", comment, re.IGNORECASE)
         if found is not None:
@@ -261,7 +302,7 @@ def _refuse_compensated(text: TextTable, roles: ColumnRoles) -> None:
 
 def _refuse_tip_centres(text: TextTable, roles: ColumnRoles) -> None:
     """Refuse points of the surface of which the file says that they are tip centres."""
-    stated = [*text.before, (text.header_line or text.lines[0], " ".join(text.names or ()))]
+    stated = [*text.around, (text.header_line or text.lines[0], " ".join(text.names or ()))]
     found = [(line, words) for line, words in stated if _TIP_CENTRES.search(words)]
     for i, name in _other_columns(text, roles.used):
         off = [row for row, cell in enumerate(text.column(i)) if cell.strip().lower() in _OFF]

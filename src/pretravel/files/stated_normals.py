@@ -39,6 +39,8 @@ _ALONG = 0.9
 """Cosine from which the tip's centre lies along a vector from the nominal point."""
 _FLAT = 0.05
 """Height of touches in a ring, as a share of their extent: they are at one height or few."""
+_ACROSS = 0.3
+"""Sine of 17°: a probing move at less to the surface would slide along it."""
 _SMALLEST_TIP = 0.1
 """Radius of a tip, of which the smallest have 0.15. [mm]"""
 _FEWEST = 9
@@ -238,10 +240,25 @@ def with_surface_normals(found: FilePositions, normals_from: NormalsFrom) -> Fil
     """
     made = contacts(found)
     try:
-        touches = made.touches(normals_from(made.positions, made.labels))
+        normals = normals_from(made.positions, made.labels)
+        _refuse_moves_across(made, normals)
+        touches = made.touches(normals)
     except RowError as error:
         raise made.error(error.in_file, error.row) from None
     return FileReadings(touches, found.misses(), warnings=found.warnings, normals_taken=True)
+
+
+def _refuse_moves_across(found: FilePositions, normals: FloatArray) -> None:
+    """Refuse normals across which the file's own moves went: they touched another surface."""
+    for row, axes in enumerate(found.axes or ()):
+        along = normals[row][["XYZ".index(letter) for letter in axes]]
+        if axes and float(np.linalg.norm(along)) < _ACROSS:
+            x, y, z = normals[row]
+            raise found.error(
+                f"the move to this touch went along {', '.join(axes)}, and its normal is ({x:.3g}, "
+                f"{y:.3g}, {z:.3g}): give the normal of the surface that was touched",
+                row,
+            )
 
 
 def contacts(found: FilePositions) -> FilePositions:

@@ -77,8 +77,8 @@ class TextTable:
         Lines of comments that look like rows.
     among : tuple of Record
         Other comments between the rows.
-    before : tuple of Record
-        Comments and other lines before the rows, in which the header is not.
+    around : tuple of Record
+        Comments before and after the rows, and other lines before them, without the header.
     """
 
     file: SourceFile
@@ -93,7 +93,7 @@ class TextTable:
     preamble: tuple[Record, ...] = ()
     disabled: tuple[int, ...] = ()
     among: tuple[Record, ...] = ()
-    before: tuple[Record, ...] = ()
+    around: tuple[Record, ...] = ()
 
     @property
     def width(self) -> int:
@@ -280,15 +280,16 @@ def _table(
         _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
     without_addresses(names or (), rows)
-    rows, units = _without_units(file, rows, [number for number, _ in body], units)
-    among = comments_among(file, comments, [number for number, _ in body], _is_row(separator))
+    lines = tuple(number for number, _ in body)
+    rows, units = _without_units(file, rows, lines, units)
+    among = comments_among(file, comments, lines, _is_row(separator))
     titles = tuple((number, " ".join(cells)) for number, cells in before)
     notes = [line for _, line in comments] + [line for _, line in titles]
     return TextTable(
         file=file,
         names=None if names is None else tuple(_padded(names, width)),
         rows=tuple(map(tuple, rows)),
-        lines=tuple(number for number, _ in body),
+        lines=lines,
         header_line=header_line,
         separator=separator,
         encoding=encoding,
@@ -297,7 +298,7 @@ def _table(
         preamble=titles,
         disabled=_disabled(comments, separator),
         among=(*among, *((number, separator.join(cells)) for number, cells in results)),
-        before=(*(record for record in comments if record[0] < body[0][0]), *titles),
+        around=(*(one for one in comments if not lines[0] <= one[0] <= lines[-1]), *titles),
     )
 
 
@@ -377,7 +378,7 @@ def _results_below(body: list[tuple[int, list[str]]]) -> list[tuple[int, list[st
 
 
 def _without_units(
-    file: SourceFile, rows: list[list[str]], lines: list[int], units: list[str]
+    file: SourceFile, rows: list[list[str]], lines: Sequence[int], units: list[str]
 ) -> tuple[list[list[str]], list[str]]:
     """Rows whose numbers have no unit and no sign behind them, and the unit of each column.
 

@@ -129,8 +129,10 @@ def row_times(text: TextTable, used: set[int] | None = None) -> RowTimes:
 def _of_a_line(text: TextTable) -> RowTimes:
     found = [
         (line, match["cell"].strip())
-        for line, words in text.before
-        if (match := _LINE.fullmatch(words)) and _DATE.fullmatch(match["cell"].strip())
+        for line, words in text.around
+        if line < text.lines[0]
+        and (match := _LINE.fullmatch(words))
+        and _DATE.fullmatch(match["cell"].strip())
     ]
     if len(found) != 1:
         return RowTimes()

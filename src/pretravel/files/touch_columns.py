@@ -34,6 +34,7 @@ from pretravel.files.rows_of_touches import rows_of_touches, verdicts, with_trav
 from pretravel.files.source_file import SourceFile
 from pretravel.files.stated_conditions import (
     refuse_contradictions,
+    size_of_features,
     tip_not_used,
     unit_of_rows,
 )
@@ -173,14 +174,15 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         whole=whole,
         frame=frame,
         notes=(
-            *conditions_not_read(text.before),
+            *conditions_not_read(text.around),
             *times_said(text, roles),
             *unknown_lines(text.among),
             *_deviations_alone(text, roles),
             *left_out,
             *verdicts(text, _other_columns(text, roles)),
-            *nothing_measured((*text.before, *text.among)),
+            *nothing_measured((*text.around, *text.among)),
             *(tip_not_used(text, unit_name) if options.tip_radius is None else ()),
+            *size_of_features(text, roles.used, unit_name, options.tip_radius),
         ),
     )
 

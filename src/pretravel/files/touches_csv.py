@@ -269,7 +269,7 @@ def read_targets(
         stated = _targets(file, table, surface, own_approaches=True)
         _refuse_oblique(stated, table)
     targets = _targets(file, table, surface, own_approaches=approach == "file")
-    return replace(targets, unused=_unused(found))
+    return replace(targets, unused=(*_unused(found), *found.notes))
 
 
 def _unused(found: TouchColumns) -> tuple[str, ...]:

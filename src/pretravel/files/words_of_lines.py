@@ -85,18 +85,33 @@ def plain_axes(line: str) -> str:
         return f"N{found[1]} " + _INDEX.sub(r"\1=", line)
     if "#506" in line or "Q11" in line:
         line = _SKIP_SIGNAL.sub(_axis_of_variable, line)
-    stems = {(found["before"], found["after"]) for found in _OTHER_STEM.finditer(line)}
+    stem = _stem_of_axes(line)
+    return line if stem is None else stem[1].sub(r"\1=", line)
+
+
+def stem_of_axes(line: str) -> str:
+    """What stands before the letters of the axes of a line, in capitals; empty where nothing does.
+
+    >>> stem_of_axes("$AA_MW[X]=1.5 $AA_MW[Y]=2 $AA_MW[Z]=3"), stem_of_axes("X1 Y2 Z3")
+    ('$AA_MW[', '')
+    """
+    found = _stem_of_axes(line)
+    return "" if found is None else found[0].upper()
+
+
+def _stem_of_axes(line: str) -> tuple[str, re.Pattern[str]] | None:
+    """The one stem of three axes of a line, and the pattern of its words."""
     whole = []
-    for before, after in stems:
+    for before, after in {
+        (found["before"], found["after"]) for found in _OTHER_STEM.finditer(line)
+    }:
         pattern = re.compile(
             rf"(?<![\w$#]){re.escape(before)}([XYZ]){re.escape(after)}\s*+[:=]?+\s*+(?=[-+.\d])",
             re.IGNORECASE,
         )
         if len({axis.upper() for axis in pattern.findall(line)}) == len("XYZ"):
             whole.append((before, pattern))
-    if len(whole) != 1 or _NOT_TOUCHED.search(whole[0][0]):
-        return line
-    return whole[0][1].sub(r"\1=", line)
+    return None if len(whole) != 1 or _NOT_TOUCHED.search(whole[0][0]) else whole[0]
 
 
 def _axis_of_variable(found: re.Match[str]) -> str:

@@ -17,6 +17,7 @@ from pretravel.files import (
     TextTable,
     column_name,
     comments_among,
+    conditions_not_read,
     filled_in,
     is_verdict,
     marked_rows,
@@ -27,6 +28,7 @@ from pretravel.files import (
     unit_of,
     unit_of_rows,
     unit_of_title,
+    units_in_text,
     unknown_lines,
     verdicts,
 )
@@ -118,23 +120,27 @@ def column_of_heights(
         return None
     words = re.split(r"[\s_/,;:()\[\]]+", f"{title} {unit}")
     units = [unit for word in words if (unit := unit_of(word) or "") in LENGTH_UNITS]
-    if len(units) > 1:
-        raise file.error(f"the title '{title[:40]}' gives more than one unit", lines[0][0])
-    scale = _stated_scale(file, units[0] if units else "", options, "the heights have no unit")
-    values = [file.numbers([line], number)[0] for number, line in rows]
-    heights = LoggedSeries("", scale * np.array(values), np.array([number for number, _ in rows]))
-    told = unknown_lines(_comments_among_heights(file, heights.lines))
-    return heights, (*told, *size_words([title]))
-
-
-def _comments_among_heights(file: SourceFile, rows: IntArray) -> tuple[tuple[int, str], ...]:
-    """Comments between the heights; those that change the heights after them are refused."""
+    if len(units) > 1 and "in" in words:  # Reading in mm
+        units.remove("inch")
     comments = [
         (number, line.strip())
         for number, line in enumerate(file.lines("a file of readings"), start=1)
         if line.strip().startswith(_COMMENT)
     ]
-    return comments_among(file, comments, rows.tolist(), is_number)
+    numbers = [number for number, _ in rows]
+    among = comments_among(file, comments, numbers, is_number)
+    around = [one for one in comments if one not in among]
+    units = [*{*units, *units_in_text([line for _, line in around])}]
+    if len(units) > 1:
+        raise file.error(
+            f"the title or the comments give more than one unit ({', '.join(sorted(units))})",
+            lines[0][0],
+        )
+    scale = _stated_scale(file, units[0] if units else "", options, "the heights have no unit")
+    values = [file.numbers([line], number)[0] for number, line in rows]
+    heights = LoggedSeries("", scale * np.array(values), np.array(numbers))
+    told = (*unknown_lines(among), *conditions_not_read(around))
+    return heights, (*told, *size_words([title]))
 
 
 def _without_count(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
@@ -230,7 +236,7 @@ def columns_of_readings(
         return None
     titles = [text.title(i) for i in values]
     told = _told(text.title, unread, missed, text.among)
-    told += (*verdicts(text, unread), *size_words(titles))
+    told += (*verdicts(text, unread), *size_words(titles), *conditions_not_read(text.around))
     return series, f"the column {', '.join(titles)}", told
 
 

@@ -74,6 +74,13 @@ class TestCommands:
         told = " ".join(both_outputs(*given)[1].split())
         assert f"feed of 37 mm/min (feed_mm_min), the program touches at {feed:g}" in told
         assert "the targets state spindle_deg 90, which is not used" in told
+        rows = (
+            "nx,ny,nz,x_mm,y_mm,z_mm,Temperature\n0,0,1,0,0,0,25\n0,0,1,9,0,0,26\n# offset Z 0.5\n"
+        )
+        plan.write_text(f"# tip diameter 4 mm\n{rows}")
+        told = " ".join(both_outputs(*given)[1].split())
+        for stated in ("tip a diameter of 4 mm", "Temperature is 25 to 26", "line 5 '# offset Z"):
+            assert stated in told
 
 
 class TestAxis:

@@ -549,6 +549,13 @@ class TestHeads:
         text = at_feed["pretravel_radius.ngc"]
         assert "GT 1]" in text  # 2 % of 50 mm/min
         assert "(ABORT,pretravel_radius: the map is for 50 mm/min" in text
+        assert "(made at 50 mm/min; measure at that feed)" in text
+        assert "(the map does not state the spindle orientation" in text
+        assert "(the map has no feed; measure at the feed" in formula["pretravel_lookup.ngc"]
+        late = linuxcnc_subroutines(replace(mean_map(0.01), delay=0.002), MEAN)
+        said = "(without the travel during the signal delay"
+        assert [name for name in late if said in late[name]] == ["pretravel_lookup.ngc"]
+        assert said not in formula["pretravel_lookup.ngc"]
 
     def test_a_macro_names_its_variables_and_its_call(self) -> None:
         text = renishaw_variables(mean_map(0.01), TableSettings(10000))

@@ -9,6 +9,7 @@ import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.controls.logs.grbl import read_grbl_log
+from pretravel.files import ReadingOptions, SourceFile, read_readings
 from pretravel.files.logs.joining import join
 from tests.support.control_logs import (
     GRBL_LOG,
@@ -151,3 +152,25 @@ class TestGrbl:
         found = read_grbl_log(written(tmp_path, text), "mm", (0.0, 0.0, 0.0))
         assert found.lines == lines
         assert len(found.warnings) == told
+
+
+@pytest.mark.parametrize(
+    ("move", "normal", "axes"),
+    [
+        ("Z-5 F100", (1.0, 0.0, 0.0), "Z"),
+        ("X50 Y3", (0.0, 0.0, 1.0), "X, Y"),
+        ("X50", (1, 0, 0), ""),
+    ],
+)
+def test_a_normal_across_the_moves_is_refused(
+    move: str, normal: tuple[float, float, float], axes: str
+) -> None:
+    """A wall is not touched along z, nor a face from above along x and y."""
+    rows = "".join(f"> G38.2 {move}\n[PRB:{x}.000,2.000,-3.001:1]\n" for x in (1, 2))
+    file = SourceFile("grbl.log", f"$13=0\n{rows}".encode())
+    options = ReadingOptions(offset=(0.0, 0.0, 0.0), normal=normal)
+    if not axes:
+        assert len(read_readings(file, options).touches) == 2
+        return
+    with pytest.raises(InputError, match=f"line 3: the move to this touch went along {axes}, and"):
+        read_readings(file, options)

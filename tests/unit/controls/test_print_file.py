@@ -8,6 +8,7 @@ import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.controls.logs.print_file import read_print_file
+from pretravel.files import SourceFile
 from tests.support.commands import rows, run
 from tests.support.control_logs import (
     PRINT_FILE,
@@ -53,3 +54,14 @@ class TestPrintFile:
         assert "no touches" in run("convert", path, "--units", "mm", "-o", tmp_path / "f.csv")
         assert rows(tmp_path / "f.csv")[0]["quantity"] == "SIZE D"
         assert "features" in run("qualify", path, "--diameter", 25, code=2)
+
+
+def test_units_of_a_print_out() -> None:
+    """Above the results they hold; among them they change what follows."""
+    row = "SIZE D1.0000 ACTUAL 1.0010 DEV .0010\n"
+    found = read_print_file(SourceFile("p.txt", f"UNITS INCH\n{row}".encode()))
+    assert found[0].nominal == 25.4
+    with pytest.raises(InputError, match="in inch, not in mm"):
+        read_print_file(SourceFile("p.txt", f"UNITS INCH\n{row}".encode()), "mm")
+    with pytest.raises(InputError, match="line 2: 'UNITS INCH' gives a unit among the results"):
+        read_print_file(SourceFile("p.txt", f"{row}UNITS INCH\n{row}".encode()), "mm")

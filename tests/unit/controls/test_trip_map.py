@@ -103,3 +103,14 @@ def test_positions_count_from_any_origin() -> None:
     assert TRIP_MAP.parse is not None
     touches = TRIP_MAP.parse(file, OPTIONS).touches
     assert touches.positions[:, :2] == pytest.approx(np.stack([x + 100.0, y + 200.0], axis=1))
+
+
+def test_what_the_table_states_in_addition_is_named() -> None:
+    table = _table("Angle,Trip [mm],Feed", ANGLE, TRAVEL, ANGLE)
+    text = table.content.replace(b"a note, with a comma", b"tip diameter 4 mm, temperature 27")
+    assert TRIP_MAP.parse is not None
+    told = " ".join(TRIP_MAP.parse(SourceFile("trip.csv", text), OPTIONS).warnings)
+    assert "not read: line 2 'tip diameter 4 mm, temperature 27'" in told
+    assert "columns that are not read: Feed" in told
+    plain = _table("Angle,Trip [mm]", ANGLE, TRAVEL)
+    assert TRIP_MAP.parse(plain, OPTIONS).warnings == ()

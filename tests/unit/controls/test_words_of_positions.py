@@ -213,3 +213,9 @@ def test_a_comment_among_positions_that_changes_them_is_refused(comment: str) ->
 def test_a_date_above_positions_is_named() -> None:
     found = _read("PROBE DATA\nDATE: 2024-03-12\nX1 Y2 Z4\n")
     assert found.warnings == ("not read: line 2 above the positions",)
+
+
+def test_machine_and_work_coordinates_in_one_log_are_refused() -> None:
+    rows = "".join(f"$AA_M{f}[X]=1.0 $AA_M{f}[Y]=2.0 $AA_M{f}[Z]=3.0\n" for f in "WWM")
+    with pytest.raises(InputError, match="line 3: this line changes the coordinates"):
+        read_log_positions(SourceFile("a.txt", rows.encode()), "mm")

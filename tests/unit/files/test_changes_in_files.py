@@ -114,3 +114,117 @@ def test_deviations_without_nominal_points_are_named() -> None:
     rows = "p1,10,20,0,0,0,1,0.011\np2,11,20,0,0,0,1,0.012\n"
     told = " ".join(_read("Name,X,Y,Z,I,J,K,Dev\n" + rows, units="mm").notes())
     assert "deviations (Dev), which are not read, and no nominal points" in told
+
+
+_TABLE = "x_mm,y_mm,z_mm,nx,ny,nz\n1,1,3,0,0,1\n{between}2,1,3,0,0,1\n{below}"
+_LINES = "G21\nX1.0 Y1.0 Z3.0\n{between}X2.0 Y1.0 Z3.0\n{below}"
+
+
+def _notes(name: str, note: str, where: str) -> tuple[str, ...]:
+    """What is said of a note between two touches of a format, or below them."""
+    line = {"csv": "# {}\n", "positions": "({})\n", "dmis": "TEXT/OUTFIL,'{}'\n"}.get(
+        name, "$$ NO,\n   {}\n"
+    )
+    between, below = (line.format(note), "") if where == "between" else ("", line.format(note))
+    if name == "dmis":
+        file = _dmis(between + below)
+        return read_readings(file, _CMM).notes()
+    if name == "pcdmis":
+        return read_readings(_pc_dmis("", between + below), _PC_DMIS).notes()
+    text = (_TABLE if name == "csv" else _LINES).format(between=between, below=below)
+    return _read(text).warnings
+
+
+@pytest.mark.parametrize("name", ["csv", "positions", "dmis", "pcdmis"])
+@pytest.mark.parametrize("where", ["between", "below"])
+@pytest.mark.parametrize(
+    "note",
+    [
+        "part temperature 24.5 °C", "Werkstücktemperatur 25", "probe error", "ignore this point",
+        "false trigger", "touch 3 repeated", "measured by hand", "temp 23", "normals reversed",
+        "probe crashed", "back side", "average of 3 touches", "Antastkraft 0,2 N",
+    ],
+)  # fmt: skip
+def test_a_note_between_or_below_the_rows_is_named(name: str, where: str, note: str) -> None:
+    assert any(note in said for said in _notes(name, note, where))
+
+
+@pytest.mark.parametrize("name", ["csv", "positions"])
+@pytest.mark.parametrize("where", ["between", "below"])
+def test_a_note_anywhere_that_the_rows_are_compensated_is_refused(name: str, where: str) -> None:
+    with pytest.raises(InputError, match="positions that the control or the CMM compensated"):
+        _notes(name, "tip radius compensated", where)
+    assert _notes(name, "tip radius not compensated", where) is not None
+
+
+def test_notes_of_a_cmm_that_speak_of_the_radius_are_named() -> None:
+    """The radius that was subtracted is given: the user decides whether the note contradicts."""
+    for note in ("points are tip centres", "tip radius compensated"):
+        assert any(note in said for said in _notes("dmis", note, "between"))
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        "palpeur 2", "! PRB=PRB(2)", "F500", "probing speed 3 mm/s", "A=45", "C90.", "pièce 2",
+        "Tasterwechsel", "changement d'outil", "cambio de pieza", "neue Aufspannung", "2nd part",
+        "Teil gedreht", "Vorschub geändert", "ruby replaced", "setup 2", "other sphere",
+    ],
+)  # fmt: skip
+def test_notes_that_change_the_rows_after_them_are_refused(note: str) -> None:
+    with pytest.raises(InputError, match=r"line 3: .*meaning of the rows"):
+        _notes("csv", note, "between")
+
+
+def test_the_text_of_a_comment_in_its_own_line_is_no_statement() -> None:
+    """A line with / is one: the tip of the next touches."""
+    tips = "$$ NO,\nTIP/T2A0B0, SHANKIJK=0, 0, 1, ANGLE=0\n"
+    file = _pc_dmis("TIP/T1A0B0, SHANKIJK=0, 0, 1, ANGLE=0\n", tips)
+    assert _tips(read_readings(file, _PC_DMIS)) == ["T1A0B0", "T2A0B0"]
+
+
+def test_tools_before_the_words_of_touches_are_tips() -> None:
+    rows = 'T="B3" X=1 Y=1 Z=3\nT="B3" X=2 Y=1 Z=3\nT="B5" X=3 Y=1 Z=3\n'
+    assert _read(rows, units="mm").words["tip"] == ('T="B3"', 'T="B3"', 'T="B5"')
+    touches = rows.replace('T="B', "P").replace('"', "")
+    assert not _read(touches, units="mm").words
+
+
+def test_a_speed_with_its_unit_is_a_feed() -> None:
+    rows = "X;Y;Z;I;J;K;Speed [mm/s]\n1;1;3;0;0;1;3\n2;1;3;0;0;1;8\n"
+    found = _read(rows, units="mm")
+    assert isinstance(found, FileReadings)
+    assert found.touches.feeds is not None
+    assert found.touches.feeds.tolist() == [180.0, 480.0]
+
+
+def test_holes_in_other_languages_are_features() -> None:
+    rows = "Nombre;X;Y;Z;I;J;K\n" + "".join(f"Agujero {i};{i};1;-5;0;0;1\n" for i in (1, 2, 3))
+    with pytest.raises(InputError, match="list of features"):
+        _read(rows, units="mm")
+
+
+def test_a_routine_that_compensates_has_no_tip_centres() -> None:
+    file = _pc_dmis("PROBECOM/ON\n", "")
+    with pytest.raises(InputError, match=r"line 1: the tip's radius was subtracted .* of 0 mm"):
+        read_readings(file, _PC_DMIS)
+    found = read_readings(file, ReadingOptions(radius_taken_off=3.0, units="mm"))
+    assert found.touches.positions[0, 2] == pytest.approx(3.001, abs=1e-12)
+
+
+def test_a_sensor_whose_diameter_is_used_is_not_named_as_unread() -> None:
+    sensors = "".join(f"S(T{i})=SNSDEF/PROBE,INDEX,POL,0,0,0,0,1,100,{i}\n" for i in (6, 4))
+    rows = "FA(A)=FEAT/POINT,CART,1,1,0.002,0,0,1\n"
+    text = f"{_DMIS}{sensors}PRCOMP/ON\nSNSLCT/S(T6)\n{rows}ENDFIL\n"
+    found = read_readings(SourceFile("a.dmo", text.encode()), ReadingOptions(radius_taken_off=3.0))
+    assert found.touches.positions[0, 2] == pytest.approx(3.002, abs=1e-12)
+    told = " ".join(found.notes())
+    assert "line 4 'S(T4)" in told
+    assert "S(T6)" not in told
+
+
+def test_a_sign_apart_from_its_number() -> None:
+    rows = "X;Y;Z;I;J;K\n- 10,5;10,0;3,002;0;0;1\n20,5;− 9,0;3,002;0;0;1\n"
+    found = _read(rows, units="mm")
+    assert isinstance(found, FileReadings)
+    assert found.touches.positions.tolist() == [[-10.5, 10.0, 3.002], [20.5, -9.0, 3.002]]

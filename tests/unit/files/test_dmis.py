@@ -45,7 +45,7 @@ class TestDmis:
         one = SourceFile("a.dmo", f"UNITS/MM\n{point.format('T1')}{sensors}".encode())
         found = read_readings(one, ReadingOptions(radius_taken_off=3.0))
         assert found.touches.words["tip"] == ("T1",)
-        assert any("not read: line 4 'S(T1)=SNSDEF" in said for said in found.warnings)
+        assert any("not read: line 5 'S(T2)=SNSDEF" in said for said in found.warnings)
         two = SourceFile(
             "a.dmo", f"UNITS/MM\n{sensors}{point.format('T1')}{point.format('T2')}".encode()
         )

@@ -128,6 +128,9 @@ class TestMachineFile:
         assert "--tools" in run("machine", "--tool", 99, code=2)
         assert machine.work is not None
         assert machine.work.shift == pytest.approx([10.0, 21.0, -30.0])
+        table.write_text(table.read_text() + "T99 P3 Z80 D4.0\n")
+        with pytest.raises(InputError, match="line 4: T99 comes twice"):
+            read_tool(table, 99)
 
     @pytest.mark.parametrize(
         ("text", "words"),

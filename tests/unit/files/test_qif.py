@@ -142,6 +142,47 @@ class TestQif:
         assert found.touches.tips == ("R2.5", "R2.5", "R1.5", "R1.5")
         assert found.touches.parts == ("part 1", "part 1", "part 2", "part 2")
 
+    @pytest.mark.parametrize(
+        ("one", "other", "words"),
+        [
+            (
+                "<SensorId>3</SensorId>",
+                "<SensorId>4</SensorId>",
+                ("sensor 3 R2.5", "sensor 4 R2.5"),
+            ),
+            ("<TipIds>3 4</TipIds>", "", ("tip 3 R2.5", "tip 4 R2.5")),
+        ],
+    )
+    def test_sensors_and_tips_of_one_radius(
+        self, tmp_path: Path, one: str, other: str, words: tuple[str, ...]
+    ) -> None:
+        text = QIF_FILE.replace("UNITS", MM).replace("</ProbeRadius>", f"</ProbeRadius>{one}")
+        begin, end = text.index("<MeasuredPointSet "), text.index("</MeasuredPointSets>")
+        more = text[begin:end].replace('id="7"', 'id="6"').replace(one, other)
+        found = read_qif(written(tmp_path, text[:end] + more * bool(other) + text[end:]))
+        assert isinstance(found, FileReadings)
+        assert tuple(dict.fromkeys(found.touches.tips or ())) == words
+
+    def test_what_is_not_read_is_named(self, tmp_path: Path) -> None:
+        text = QIF_FILE.replace(
+            "UNITS", f"<Header><Description>feed 300</Description></Header>{MM}"
+        )
+        text = text.replace(
+            "<MeasuredPointSets", "<Temperature>27.5</Temperature><MeasuredPointSets"
+        )
+        text = text.replace(
+            "</ProbeRadius>", "</ProbeRadius><Attributes/><!-- tip radius compensated -->"
+        )
+        found = read_qif(written(tmp_path, text.replace('"7"', '"7" validity="DUMMY"')))
+        told = " ".join(found.warnings)
+        for words in (
+            "feed 300",
+            "Temperature 27.5",
+            "tip radius compensated",
+            "Attributes, validity DUMMY",
+        ):
+            assert words in told
+
     def test_no_units_are_metres(self, tmp_path: Path) -> None:
         (found,) = read_point_sets(written(tmp_path, QIF_FILE.replace("UNITS", ""), "a.qif"))
         assert found.points[0].tolist() == [0, 0, 3000]

@@ -51,6 +51,9 @@ def read(header: str = "", cell: str = "", comment: str = "", options: ReadingOp
         ("tip", "2BY50MM", "", "diameter of 2 mm"),
         ("compensated", "yes", "", "the control or the CMM compensated"),
         ("Radius comp.", "ON", "", "the control or the CMM compensated"),
+        ("Radiuskorrektur", "ein", "", "the control or the CMM compensated"),
+        ("Correction de rayon", "1", "", "the control or the CMM compensated"),
+        ("G41", "G41", "", "the control or the CMM compensated"),
     ],
 )
 def test_what_contradicts_the_job_is_refused_by_name(

@@ -131,12 +131,31 @@ def test_rows_that_a_number_tells_apart_in_turn_are_two_series(title: str, words
 
 
 @pytest.mark.parametrize(
-    "text", ["Z [in]\n" + _rows("{z}"), "Trial,Z,Unit\n" + _rows("{i},{z},inch")]
+    "text",
+    [
+        "Z [in]\n" + _rows("{z}"),
+        "Trial,Z,Unit\n" + _rows("{i},{z},inch"),
+        "# units: inch\n" + _rows("{z}"),
+        "Z\n" + _rows("{z}") + "# units: inch\n",
+    ],
 )
 def test_another_unit_than_the_given_one_is_refused(text: str) -> None:
     assert _read(text).series[0].values[0] == pytest.approx(25.4 * _Z[0], rel=1e-12)
     with pytest.raises(InputError, match="the file is in inch, but mm was given"):
         _read(text, "mm")
+
+
+def test_the_unit_of_a_title_in_words() -> None:
+    assert _read("Messwert in mm\n" + _rows("{z}")).series[0].values.tolist() == [*_Z]
+    with pytest.raises(InputError, match=r"more than one unit \(inch, mm\)"):
+        _read("# units: inch\nZ mm\n" + _rows("{z}"))
+
+
+@pytest.mark.parametrize("form", ["{z}", "{i},{z},ok"])
+def test_what_notes_above_and_below_the_readings_state_is_named(form: str) -> None:
+    title = "Z mm\n" if form == "{z}" else "Trial,Z mm,Note\n"
+    told = _read("# feed 300\n" + title + _rows(form) + "# temperature rose to 25 °C\n").warnings
+    assert any("feed 300" in said and "rose to 25" in said for said in told)
 
 
 def test_a_note_that_changes_the_readings_after_it_is_refused() -> None:

@@ -20,6 +20,7 @@ from pretravel.files import (
     joined_axes,
     opened,
     plain_axes,
+    stem_of_axes,
     units_in_text,
     without_comments,
 )
@@ -155,8 +156,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     feed: float | None = None
     rotary: dict[str, float] = {}
     unread: set[str] = set()
-    heads: list[int] = []
-    contact: list[bool] = []
+    heads, contact = list[int](), list[bool]()
     for number, text in joined_axes(enumerate(file.lines("a log of positions"), start=1)):
         units = _unit_of_comments(file, text, number, units, stated)
         missed = _says_miss(text)
@@ -181,6 +181,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             stated.take(known, line, number)
         if position := _position(file, line, number, rotary):
             unread |= {name.upper() for name, value in _WORD.findall(line) if _unknown(name, value)}
+            stated.hold(f"{CHANGES['frame']} (the axes' names)", stem_of_axes(text), number)
             stated.row(number)
             rows.append(position)
             numbers.append(number)

@@ -25,6 +25,7 @@ _AWAY = "45"
 """G38.4 and G38.5 move until the contact ends."""
 _ORDER = re.compile(r"(?<![A-Z])G\d|^\W*F\s*\d", re.IGNORECASE)
 _FEED = re.compile(r"(?<![A-Z])F\s*(\d{1,9}(?:\.\d{0,9})?)(?![\d.])", re.IGNORECASE)
+_AXIS = re.compile(r"(?<![A-Z])([XYZ])\s*[-+.\d]")
 _UNITS = re.compile(r"(?<![A-Z])G2([01])(?![\d.])", re.IGNORECASE)
 
 
@@ -42,12 +43,15 @@ class LoggedFeeds:
         Unit of the program; None: not stated.
     away : set of int
         Lines of the moves that end where the contact does.
+    axes : dict of int to str
+        Letters of the axes that each move names, by its line.
     """
 
     moves: list[tuple[int, float | None]] = field(default_factory=list)
     inch: bool | None = None
     active: float | None = None
     away: set[int] = field(default_factory=set)
+    axes: dict[int, str] = field(default_factory=dict)
 
     def take(self, text: str, number: int) -> None:
         """Read a line of the log.
@@ -67,6 +71,7 @@ class LoggedFeeds:
             self.active = float(feed) or None
         if move := _MOVE.search(code):
             self.moves.append((number, self.active))
+            self.axes[number] = "".join(sorted({*_AXIS.findall(code[move.end() :].upper())}))
             self.away |= {number} if move[1] in _AWAY else set()
 
     def _of_each(self, reports: Sequence[int]) -> list[list[tuple[int, float | None]]]:
@@ -96,7 +101,10 @@ class LoggedFeeds:
             told = (f"left out, since a contact ended there (G38.4, G38.5): line {lines}",)
             found = found.take(~np.array(away))
         warnings = (*found.warnings, *told)
-        return replace(found, understood=self.sentence(found.feeds), warnings=warnings)
+        letters = [{self.axes[line] for line, _ in of} for of in self._of_each(found.lines)]
+        axes = tuple(each.pop() if len(each) == 1 else "" for each in letters)
+        understood = self.sentence(found.feeds)
+        return replace(found, understood=understood, axes=axes, warnings=warnings)
 
     def of(self, reports: Sequence[int], scale: float) -> FloatArray | None:
         """Return the feed of each report, (n,); None where one of them is not known. [mm/min]

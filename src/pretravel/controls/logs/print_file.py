@@ -8,7 +8,16 @@ from __future__ import annotations
 
 import re
 
-from pretravel.files import FeatureResult, FileFormat, Source, SourceFile, opened
+from pretravel.files import (
+    UNITS,
+    FeatureResult,
+    FileFormat,
+    Source,
+    SourceFile,
+    opened,
+    refuse_contradicted_unit,
+    units_in_text,
+)
 
 # Of lines in which every run of blanks is one blank.
 _HEADS = {
@@ -26,6 +35,7 @@ _ACTUAL, _DEVIATION = (
     re.compile(rf"\b{word}\s*(?:[-+.\d]|NaN\b)", re.I) for word in ("ACTUAL", "DEV")
 )
 """With a number after it: a header of a table has none."""
+_RESULT = re.compile(r"[\s*]*(?:SIZE|POSN|ANG)\b", re.I)
 _MOST_DIGITS = 9
 _LAST_DIGIT = 2e-4
 """DEV can differ from ACTUAL less nominal by the rounding of four decimals."""
@@ -37,31 +47,42 @@ def read_print_file(source: Source, units: str | None = None) -> list[FeatureRes
     Parameters
     ----------
     source : str, Path or SourceFile
-    units : str
-        mm or inch; the file does not state it.
+    units : str, optional
+        mm or inch, where the file does not state it.
 
     Raises
     ------
     InputError
-        The units are missing; the line of a result cannot be read, or its deviation is not actual
-        less nominal. The message contains the line.
+        The units are missing, contradict the file or change in it; the line of a result cannot be
+        read, or its deviation is not actual less nominal. The message contains the line.
 
     >>> file = SourceFile("p.txt", b"SIZE D71.0000  ACTUAL 71.9072  TOL 0.1000  DEV 0.9072\n")
     >>> read_print_file(file, "mm")[0].quantity
     'SIZE D'
     """
     file = opened(source)
-    scale = file.scale(units, "a print-out does not give its units")
+    lines = file.lines("a print-out")
+    begin = next((i for i, text in enumerate(lines) if _RESULT.match(text)), 0)
+    stated = sorted(units_in_text(lines[:begin]) & {*UNITS})
+    for number, text in enumerate(lines[begin:], start=begin + 1):
+        if units_in_text([text]) & {*UNITS} - {*stated}:
+            raise file.error(
+                f"'{text.strip()[:40]}' gives a unit among the results: split the file there",
+                number,
+            )
+    if stated:
+        refuse_contradicted_unit(file, stated[0], units)
+    scale = file.scale(stated[0] if stated else units, "a print-out does not give its units")
     numbers = dict.fromkeys(_HEADS, 0)
     results = []
-    for number, text in enumerate(file.lines("a print-out"), start=1):
+    for number, text in enumerate(lines, start=1):
         line = " ".join(text.replace("*", " ").split())
         for word, pattern in _HEADS.items():
             if head := pattern.search(line):
                 if len(head[1]) > _MOST_DIGITS:
                     raise file.error("the numbers of component and feature cannot be read", number)
                 numbers = {**numbers, "FEATURE": 0, word: int(head[1])}
-        if not re.match(r"(SIZE|POSN|ANG)\b", line, re.I):
+        if not _RESULT.match(line):
             continue
         if re.search(r"\bNaN\b", line, re.I):  # an axis that the cycle does not measure
             continue

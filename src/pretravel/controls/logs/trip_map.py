@@ -22,6 +22,7 @@ from pretravel.files import (
     ReadingOptions,
     Source,
     SourceFile,
+    StatedRows,
     column_name,
     opened,
     refuse_contradicted_unit,
@@ -250,7 +251,19 @@ def _touches(file: SourceFile, options: ReadingOptions) -> FileReadings:
             lines=found.lines,
             reading="; ".join(filter(None, [f"{len(at)} {how}", found.sentence])),
         )
-    return FileReadings(touches, tip_radius=options.tip_radius)
+    return FileReadings(touches, tip_radius=options.tip_radius, warnings=_not_read(file))
+
+
+def _not_read(file: SourceFile) -> tuple[str, ...]:
+    """Sentences about what lines above the table, and other columns, state."""
+    lines = file.lines("a trip map")
+    start, columns, names = _header_of(lines)
+    stated = StatedRows(file)
+    for number, line in enumerate(lines[:start], start=1):
+        stated.note(line.strip(), number)
+    others = [name for place, name in enumerate(names) if place not in columns.values() and name]
+    named = (f"columns that are not read: {', '.join(others)}",) if others else ()
+    return (*stated.warnings(), *named)
 
 
 TRIP_MAP = FileFormat(

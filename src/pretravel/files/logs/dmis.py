@@ -329,6 +329,7 @@ def _radius_taken_off(output: _Output, scale: float, given: float | None, tip: s
     name = tips.pop() if len(tips) == 1 else ""
     diameter, line = output.sensors.get(name, (0.0, 0))
     compensated, of_compensation = output.compensated or (None, 0)
+    output.stated.named = [one for one in output.stated.named if one[0] != line]
     if given is None and compensated is False:
         return 0.0
     if given is None and compensated and line:

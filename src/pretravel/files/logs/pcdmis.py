@@ -166,10 +166,12 @@ def read_pc_dmis(
         routine.read_statement(statement, number)
     routine.close_feature()
     _check(file, routine)
-    if routine.uncompensated is not None:
-        radius_taken_off = radius_taken_off or 0.0
-        refuse_other_compensation(file, radius_taken_off, routine.uncompensated, compensated=False)
+    compensated, line = routine.compensated or (None, 0)
+    if compensated is False and radius_taken_off is None:
+        radius_taken_off = 0.0
     radius = checked_radius_taken_off(file, "the text of a routine of PC-DMIS", radius_taken_off)
+    if compensated is not None:
+        refuse_other_compensation(file, radius, line, compensated=compensated)
     scale = file.scale(routine.unit_with(units), "the text of a routine does not give its units")
     return FileReadings(_touches(file, routine, scale, radius), warnings=_warnings(routine, scale))
 
@@ -209,7 +211,7 @@ class _Routine:
     without_touches: list[str] = field(default_factory=list)
     feature: _Feature | None = None
     stated: StatedRows = field(init=False)
-    uncompensated: int | None = None
+    compensated: tuple[bool, int] | None = None
     probe: str = ""
     probes: set[str] = field(default_factory=set)
     units: dict[bool, tuple[str, int]] = field(default_factory=dict)
@@ -233,6 +235,8 @@ class _Routine:
         elif is_note(statement):
             if changes_rows(statement):
                 self.stated.unknown.append((number, statement))
+            else:
+                self.stated.note(statement, number)
         elif (found := _FEATURE.search(statement)) and (label := statement[: found.start()]):
             self.close_feature()
             kind = statement[found.end() :].strip()
@@ -264,7 +268,7 @@ class _Routine:
                 self._keep_shank(known[1], statement, number)
             return
         if (found := _COMPENSATION.search(statement)) and not self.touches:
-            self.uncompensated = number if found[1].upper() == "OFF" else None
+            self.compensated = found[1].upper() == "ON", number
         self.stated.take(known, statement, number)
 
     def _keep_shank(self, tip: str, statement: str, number: int) -> None:
@@ -408,7 +412,7 @@ def _warnings(routine: _Routine, scale: float) -> tuple[str, ...]:
 
 
 def _statements(lines: list[str]) -> list[tuple[int, str]]:
-    """Return line numbers and statements; a line that ends in $ continues.
+    """Return line numbers and statements; a line ending in $ continues, and a comment in a comma.
 
     Empty lines are skipped, so that doubled line ends do no harm.
     """
@@ -419,13 +423,19 @@ def _statements(lines: list[str]) -> list[tuple[int, str]]:
         line = text.strip()
         if not line:
             continue
+        if before and is_note(before) and "/" in line:  # a statement, no text of the comment
+            statements.append((first, before))
+            before = ""
         first = first if before else number
         if line.endswith("$"):
             before += line[:-1].rstrip()
             continue
+        if is_note(line) and line.endswith(","):
+            before = f"{line} "
+            continue
         statements.append((first, before + line))
         before = ""
-    return statements
+    return statements + [(first, before)] * bool(before)
 
 
 def _is_pc_dmis(lines: list[str]) -> bool:

@@ -38,7 +38,7 @@ from pretravel.files.logs.qif_document import (
     unit_normals,
 )
 from pretravel.files.logs.qif_measure_points import read_measure_points
-from pretravel.files.row_statements import RowStatement
+from pretravel.files.row_statements import RowStatement, StatedRows
 from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.touches import Touches, word_fields
 
@@ -49,6 +49,12 @@ _Q = f"{{{NAMESPACE}}}"
 _SETS = "Results", "MeasurementResultsSet", "MeasurementResults", "MeasuredPointSets"
 _RADIUS_DIGITS = 9
 """Radii are compared to this digit of a millimetre: systems print them with their rounding."""
+_READ_OF_SET = {
+    "Points", "Normals", "Compensated", "Compensations", "ProbeRadius", "ProbeRadii", "Units",
+    "SensorId", "SensorIds", "TipId", "TipIds", "MeasurementDeviceId", "Deviations", "Colors",
+    "PointIndices", "NumberOfFacets", "MeasurePointNominalIds", "TimeStamp", "TimeStamps",
+}  # fmt: skip
+"""Elements of a set that are read, or change no point."""
 _LABELS = "labels:"
 """Begins the comment that contains the labels of a set."""
 
@@ -77,8 +83,11 @@ def read_point_sets(source: Source) -> list[PointSet]:
         sets = []
         for number, result in enumerate(results, start=1):
             elements = result.findall(document.path(_SETS[-1], "MeasuredPointSet"))
-            made = [_SetElement(document, each).point_set(scale, main_unit) for each in elements]
-            sets += [replace(each, part=f"part {number}") for each in made]
+            for each in elements:
+                device = each.findtext(document.path("MeasurementDeviceId"), "").strip()
+                part = f"part {number}" + (f" device {device}" if device else "")
+                made = _SetElement(document, each).point_set(scale, main_unit)
+                sets.append(replace(made, part=part))
     if not sets:
         raise file.error(
             "the document contains no measured points (QIF 3: Results/MeasurementResultsSet/"
@@ -119,8 +128,9 @@ def read_qif(source: Source) -> FileReadings | FilePositions:
     points = np.concatenate([s.points for s in sets])
     lines = tuple(line for s in sets for line in s.lines)
     normals = [s.normals for s in sets if s.normals is not None]
+    told = _not_read(file, sets)
     if len(normals) < len(sets):
-        return FilePositions(file.path, points, lines, words=_words(sets))
+        return FilePositions(file.path, points, lines, words=_words(sets), warnings=told)
     radii = np.unique(np.concatenate([_radii(s) for s in sets]).round(_RADIUS_DIGITS))
     with file.named_in_errors(lines):
         touches = Touches(
@@ -132,13 +142,27 @@ def read_qif(source: Source) -> FileReadings | FilePositions:
             **word_fields(_words(sets)),
         )
     common = len(radii) == 1 and radii[0] > 0.0
-    return FileReadings(touches, tip_radius=float(radii[0]) if common else None)
+    return FileReadings(touches, tip_radius=float(radii[0]) if common else None, warnings=told)
+
+
+def _not_read(file: SourceFile, sets: list[PointSet]) -> tuple[str, ...]:
+    """Sentences about what the sets, and notes of the document, state and nothing reads."""
+    stated = StatedRows(file)
+    for line, text in QifDocument(file).notes():
+        if not text.startswith(_LABELS):
+            stated.note(text, line)
+    unread = dict.fromkeys(s.unread for s in sets if s.unread)
+    return (*(f"not read: {each}" for each in unread), *stated.warnings())
 
 
 def _words(sets: list[PointSet]) -> dict[str, tuple[str, ...]]:
     """Tip and part of each point, where there are several of them."""
     radii = [each for s in sets for each in _radii(s).round(_RADIUS_DIGITS).tolist()]
-    tips = tuple(f"R{radius:.9g}" if np.isfinite(radius) else "" for radius in radii)
+    names = [name for s in sets for name in s.tips or ("",) * len(s.points)]
+    tips = tuple(
+        f"{name} R{radius:.9g}".strip() if np.isfinite(radius) else name
+        for name, radius in zip(names, radii, strict=True)
+    )
     parts = tuple(s.part for s in sets for _ in s.lines)
     words = {"tip": tips, "part": parts}
     return {name: each for name, each in words.items() if len(set(each)) > 1}
@@ -206,7 +230,28 @@ class _SetElement:
             None if radii is None else scale * radii,
             self._labels(count),
             self._lines(),
+            tips=self._tips(count),
+            unread=self._unread(),
         )
+
+    def _tips(self, count: int) -> tuple[str, ...]:
+        """Read the sensor and the tip of each point: one for all points, or one for each."""
+        words = [""] * count
+        for tag, name in (("SensorId", "sensor"), ("TipId", "tip")):
+            found = (self._text(tag) or self._text(f"{tag}s") or "").split()
+            if len(found) not in (0, 1, count):
+                raise self.error(f"it has {len(found)} {tag}s for its count of {count}")
+            own = found * (count if len(found) == 1 else 1)
+            words = [f"{a} {name} {b}".strip() for a, b in zip(words, own, strict=False)] or words
+        return tuple(words)
+
+    def _unread(self) -> str:
+        """What the set states and nothing reads."""
+        tags = [str(child.tag)[len(_Q) :] for child in self.element if not callable(child.tag)]
+        found = [tag for tag in dict.fromkeys(tags) if tag not in _READ_OF_SET]
+        validity = self.element.get("validity", "MEASURED")
+        found += [f"validity {validity}"] * (validity != "MEASURED")
+        return f"{', '.join(found)} of a MeasuredPointSet" if found else ""
 
     def _count(self) -> int:
         """Read the number of points; a file cannot have more of them than characters."""
@@ -218,7 +263,7 @@ class _SetElement:
         return int(stated)
 
     def _refuse_what_is_not_read(self) -> None:
-        for child in ("CoordinateSystemId", "TranformId"):  # the schema's own spelling
+        for child in ("CoordinateSystemId", "TranformId", "TransformId"):  # the first without s
             if self.element.find(f"{_Q}{child}") is not None:
                 raise self.error(
                     f"it has its own coordinate system ({child}); points in the common one are read"
@@ -370,8 +415,8 @@ def _write_points(path: Path, points: Points, _: PointsOrigin) -> None:
 
 
 _STATED = (
-    RowStatement("`ProbeRadius` that differs between sets", "", "tip", "carried"),
-    RowStatement("`MeasurementResults` of several parts", "", "part", "carried"),
+    RowStatement("`ProbeRadius`, `SensorId`, `TipId` that differ", "", "tip", "carried"),
+    RowStatement("`MeasurementResults`, `MeasurementDeviceId` that differ", "", "part", "carried"),
     RowStatement("`CoordinateSystemId`, `TranformId` of a set", "", "frame", "refused"),
     RowStatement("`Compensated` true", "", "radius", "refused"),
 )

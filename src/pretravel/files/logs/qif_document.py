@@ -47,6 +47,10 @@ class PointSet:
         Line of the file that each point begins in.
     part : str
         The results that the set belongs to: those of one part.
+    tips : tuple of str
+        The identifiers of sensor and tip of each point, where the set has them.
+    unread : str
+        What the set states and nothing reads.
     """
 
     points: FloatArray
@@ -56,6 +60,8 @@ class PointSet:
     labels: tuple[str, ...]
     lines: tuple[int, ...]
     part: str = ""
+    tips: tuple[str, ...] = ()
+    unread: str = ""
 
 
 class QifDocument:
@@ -101,10 +107,13 @@ class QifDocument:
             element = builder.start(_bracketed(name), attributes)
             self._lines[element] = parser.CurrentLineNumber
 
+        def comment(text: str) -> None:
+            self._lines[builder.comment(text)] = parser.CurrentLineNumber
+
         parser.StartElementHandler = start
         parser.EndElementHandler = lambda name: builder.end(_bracketed(name))
         parser.CharacterDataHandler = builder.data
-        parser.CommentHandler = builder.comment
+        parser.CommentHandler = comment
         parser.Parse(text.encode(), True)
         return builder.close()
 
@@ -119,6 +128,16 @@ class QifDocument:
             for row, content in enumerate(text.split("\n")):
                 found += [line + row] * (len(content.split()) if counts else 0)
             line += text.count("\n")
+        return found
+
+    def notes(self) -> list[tuple[int, str]]:
+        """Return line and text of each comment and temperature, and of the header's description."""
+        found, head = [], self.root.find(self.path("Header", "Description"))
+        for element in self.root.iter():
+            name = "" if callable(element.tag) else str(element.tag).rpartition("}")[2]
+            text = " ".join((element.text or "").split())
+            if text and (not name or element is head or name.endswith("Temperature")):
+                found.append((self._lines[element], f"{name} {text}".strip()))
         return found
 
     @property

@@ -103,7 +103,7 @@ def _is_calypso(line: str) -> bool:
 
 
 _SIZES = re.compile(
-    r"(?:nom(?:inal)?|act(?:ual)?|meas(?:ured)?|soll|ist)?(?:diam(?:eter)?|dia|durchmesser|diametre|"
+    r"(?:nom(?:inal)?|act(?:ual)?|meas(?:ured)?|soll|ist)?(?:diam(?:eter)?|dia|durchm(?:esser)?|diametre|"
     r"diametro|form(?:error|dev|fehler)?|roundness|circularity|flatness|cylindricity|straightness|"
     r"rundheit|ebenheit|zylindrizitat|redondez|planitud|cilindricidad|circularite|planeite|"
     r"cylindricite|rotondita|planarita|sigma|stddev|(?:n|no|nr|num|number|anzahl)?(?:of)?(?:points|"
@@ -113,14 +113,16 @@ _SIZES = re.compile(
 )
 _KINDS = re.compile(
     r"(?:circle|plane|cylinder|sphere|cone|line|slot|arc|ellipse|torus|kreis|ebene|zylinder|kugel|"
-    r"kegel|gerade|bohrung|cercle|circulo|plan|cylindre|cir|pln|cyl|sph|hole|bore)(?=\b|[_\d])",
+    r"kegel|gerade|bohrung|cercle|circulo|plan|cylindre|cir|pln|cyl|sph|hole|bore|trou|alesage|agujero|"
+    r"taladro|foro|cerchio|cilindro|esfera|sfera|otwor)(?=\b|[_\d])",
     re.IGNORECASE,
 )
 _TYPES = {"type", "typ", "kind", "art", "element", "feature type", "elementtype"}
 _POINTS = re.compile(r"(?:vector |surface |edge )?(?:point|punkt|punto|pt|vec)\b", re.IGNORECASE)
 _CENTRES = re.compile(
     r"(?:circle|cylinder|sphere|cone|slot|arc|ellipse|torus|kreis|zylinder|kugel|kegel|bohrung|"
-    r"cercle|cylindre|cir|cyl|con|sph|hole|bore)\b",
+    r"cercle|cylindre|cir|cyl|con|sph|hole|bore|trou|alesage|agujero|taladro|foro|cerchio|cilindro|"
+    r"esfera|sfera|otwor)\b",
     re.IGNORECASE,
 )
 """Features whose place is a centre, on no surface."""
@@ -137,9 +139,11 @@ _RESULTS = (
 
 _CENTRE = re.compile(
     r"[xyz](?:c|m|o|cen|cent(?:er|re)|mitte|mittelpunkt|centro)|"
-    r"(?:c|cen|cent(?:er|re)|mitte|mittelpunkt|centro)[xyz]"
+    r"(?:c|cen|cent(?:er|re)|mitte|mittelpunkt|mp|centro)[xyz]"
 )
 """Coordinates of a centre, without blanks."""
+_AXES = [[f"{word}{letter}" for letter in "ijk"] for word in ("axis", "achse", "axe", "asse")]
+"""Columns of the axis of a circle or cylinder."""
 _BEGINS_SIZE = re.compile(r"d|r|size|radius|(?:dia|durchm|form|round).*")
 _RADII = {
     "radius", "rad", "radio", "rayon", "raggio", "nomradius", "actradius", "measradius",
@@ -159,10 +163,20 @@ def _folded(text: str) -> str:
     return "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
 
 
+def names_a_centre(name: str) -> bool:
+    """Whether a name is that of a feature whose place is a centre.
+
+    >>> names_a_centre("CIR1"), names_a_centre("BORE_2"), names_a_centre("P1")
+    (True, True, False)
+    """
+    return _OF_ONE_CENTRE.fullmatch(_folded(name)) is not None
+
+
 def _column(lines: list[str], column: int, width: int) -> list[str]:
     """The cells of a column of a table of a width."""
-    split = [line.split(separator) for line in lines for separator in (";", "\t", "|", ",", None)]
-    return [cells[column].strip(' "') for cells in split if len(cells) == width]
+    every = ([line.split(separator) for separator in (";", "\t", "|", ",", None)] for line in lines)
+    split = (next((cells for cells in ways if len(cells) == width), None) for ways in every)
+    return [cells[column].strip(' "') for cells in split if cells is not None]
 
 
 def _vary(lines: list[str], column: int, width: int) -> bool:
@@ -198,7 +212,7 @@ def _are_centres(lines: list[str], plain: list[str]) -> bool:
     """Whether rows have the names of round features, one each, and their axes as vectors."""
     width = len(plain)
     names = [cell for cell in _column(lines, 0, width)[1:] if cell]
-    round_ones = [name for name in names if _OF_ONE_CENTRE.fullmatch(_folded(name))]
+    round_ones = [name for name in names if names_a_centre(name)]
     if len(names) < FEWEST_ROWS or len({*round_ones}) < len(names):
         return False
     vectors = [i for i, word in enumerate(plain) if word in ("i", "j", "k")]
@@ -210,6 +224,12 @@ def _name_features(lines: list[str], width: int) -> bool:
     """Whether most rows begin with the name of a feature that has a size."""
     names = [cell for cell in _column(lines, 0, width)[1:] if cell]
     return 2 * sum(bool(_KINDS.match(_folded(name))) for name in names) > max(len(names), 1)
+
+
+def _have_several_rows(names: list[str]) -> bool:
+    """Whether the names of features, plane1 and not plane, have rows each: their points."""
+    numbered = all(_KINDS.match(_folded(name)) and name[-1:].isdigit() for name in names)
+    return numbered and 1 < 2 * len({*names}) <= len(names)
 
 
 def _some_are_points(types: list[str]) -> bool:
@@ -232,6 +252,8 @@ def _is_feature_list(lines: list[str]) -> bool:
         return all(any(word in kind for word in plain) for kind in _RESULTS)
     if any(_SIZES.fullmatch(word) for word in squeezed if word) or "ø" in cells:
         return True
+    if any({*axis} <= {*squeezed} for axis in _AXES):
+        return True
     width = len(cells)
     if any(map(_SIZES_ELSEWHERE.search, cells)) or _are_centres(lines, plain):
         return True
@@ -249,6 +271,8 @@ def _is_feature_list(lines: list[str]) -> bool:
         return False
     if any(_some_are_points(_column(lines, i, len(cells))) for i in columns):
         return True
+    if any(_have_several_rows(_column(lines, i, width)[1:]) for i in columns):
+        return False
     rows = [line for line in lines[:60] if any(sign.isdigit() for sign in line)]
     kinds = [line for line in rows if re.search(rf"(?:^|[;,\t|\s\"]){_KINDS.pattern}", line, re.I)]
     return len(rows) > 0 and 2 * len(kinds) > len(rows)
