@@ -18,7 +18,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class Demo(Task):
-    """Qualify, compensate and compare with the example data, and write a page."""
+    """Run all steps on the example data: qualify, compensate, compare, write a page."""
 
     name = "demo"
     example = "pretravel demo -o demo-output"

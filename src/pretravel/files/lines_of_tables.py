@@ -223,7 +223,7 @@ _NUMBERED = re.compile(r"([^\W\d]{1,12}[ _#]?)(\d{1,3})(?:[ _\[(]{1,2}(?:mm|in|i
 
 def numbers_columns(cells: Sequence[str], below: Sequence[str]) -> bool:
     """Whether cells are names with numbers that rise, M1, M2 …, or that are one number, X1, Y1 …,
-    above numbers without letters.
+    or both, X1, Y1 … X2, Y2 …, above numbers without letters.
 
     >>> numbers_columns(["#", "Z1", "Z2"], ["1", "12.5", "12.6"])
     True
@@ -239,7 +239,9 @@ def numbers_columns(cells: Sequence[str], below: Sequence[str]) -> bool:
     plain = [IS_NUMBER.fullmatch(cell) for cell, match in zip(below, found, strict=False) if match]
     rising = len(stems) == 1 and numbers == sorted({*numbers})
     alike = len(stems) == len(names) and len({*numbers}) == 1
-    return len(names) > 1 and (rising or alike) and all(plain)
+    whole = len({match[0] for match in names}) == len(stems) * len({*numbers})
+    repeated = len(stems) > 1 and len(names) == len(stems) * len({*numbers}) and whole
+    return len(names) > 1 and (rising or alike or repeated) and all(plain)
 
 
 _DRESSED = re.compile(rf"({NUMERAL})(?:([-+−])|\s?([A-Za-zµμ°\"/]{{1,8}}))")

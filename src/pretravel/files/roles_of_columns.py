@@ -302,11 +302,18 @@ def _without_names(text: TextTable, problem: str) -> InputError:
     )
 
 
+_NUMBER_BEHIND = re.compile(r"[ _.-]?\d+$")
+_COORDINATES = 2
+_REPEATS = "If they repeat each touch, write each repeat in a row of its own. "
+
+
 def _without_known_names(text: TextTable) -> InputError:
     """The error about a header that names nothing that is known: another language, or a title."""
+    stems = Counter(_NUMBER_BEHIND.sub("", name) for name in text.names or () if name)
+    repeats = "" if sum(count > 1 for count in stems.values()) < _COORDINATES else _REPEATS
     return text.file.error(
-        f"this line seems to be the header, but names no coordinate: {_names_of(text)}. Give the "
-        f"columns by these names or by their numbers, such as {_example_of(text)}; if "
+        f"this line seems to be the header, but names no coordinate: {_names_of(text)}. {repeats}"
+        f"Give the columns by these names or by their numbers, such as {_example_of(text)}; if "
         f"the line is a title, leave it out (line {text.header_line})",
         text.header_line or None,
         inputs=("columns", "exclude"),

@@ -161,6 +161,7 @@ HEAD = "X;Y;Z;I;J;K\n"
         ("1 bad 3\n4 5 6\n", {}, "line 1: 'bad' is not a number"),
         (HEAD + "1;2;3;10;20;30\n" * 3, {}, "I, J, K are not unit vectors"),
         ("A;B;C\n1;2;3\n", {}, "names no coordinate: A, B, C. Give the columns"),
+        ("P,X1,Y1,Z1,X2,Y2,Z2\n1,2,3,4,2,3,5\n2,5,3,4,5,3,4\n", {}, "each repeat in a row of its"),
         (HEAD + "1;2;3;0;0;1\n", {"columns": {"x": "W"}}, "the column 'W', given as x, is not"),
         (HEAD + "1;2;3;0;0;1\n", {"columns": {"q": "X"}}, "no quantity 'q'"),
         (HEAD + "1;2;3;0;0;1\n", {"exclude": ("9",)}, "no touch with the label or on the line '9'"),

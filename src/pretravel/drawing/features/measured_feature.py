@@ -258,10 +258,10 @@ class MeasuredFeature(WithPlot):
         """A point apart from the others; what the places of the touches hide, and U does not
         contain or has by prior alone.
         """
-        return (*filter(None, [self.odd_point]), *self.errors.form.sentences(len(self.points)))
+        return (*filter(None, [self._apart]), *self.errors.form.sentences(len(self.points)))
 
     @property
-    def odd_point(self) -> str:
+    def _apart(self) -> str:
         """Which point lies apart from the feature of the others; empty if there is none."""
         if self.is_extreme or self.kind == BARE_SURFACE:
             return ""

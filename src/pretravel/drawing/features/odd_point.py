@@ -19,7 +19,7 @@ _LEAST = 2.0 * MICROMETRE
 def odd_point(
     residuals: FloatArray, jacobian: FloatArray, own: FloatArray
 ) -> tuple[int, float, float] | None:
-    """The point that is farthest from the feature of the others, if it is no roughness.
+    """The point farthest from the feature of the others, if roughness does not explain it.
 
     Each residual is divided by its standard deviation from the other points (externally
     studentised; Cook and Weisberg, Residuals and Influence in Regression, 1982, section 2.2.1).
