@@ -91,7 +91,8 @@ def drawn_figure(view: View, *, interactive: bool = False) -> Figure:
     width, height = max(4.6 * columns, 6.0), 4.7 * rows + 0.2
     if view.is_bare:
         width, height = _WHOLE_PAGE
-    figure = new_figure(width, height, view.title, interactive=interactive)
+    alike = [chart.title for chart in view.charts] == [view.title]
+    figure = new_figure(width, height, "" if alike else view.title, interactive=interactive)
     for index, chart in enumerate(view.charts, start=1):
         _draw(chart, figure, (rows, columns, index))
     return figure
