@@ -1,6 +1,6 @@
 """Whether `pretravel identify` states right numbers, and right uncertainties of them.
 
-python benchmarks/identification.py --sets 100
+python benchmarks/identification.py --sets 200
 
 The probe of each set has the numbers of the catalogue's OMP40-2 with a 100 mm stylus, except the
 free ones, which are drawn. Its physics is that of `benchmarks/departures/tripod.py`, its stylus and
