@@ -94,7 +94,7 @@ def _refuse_other_feature(kind: str, fit: Association) -> None:
 
 _WHAT_TO_DO = (
     "Use normals in the file instead, or the nominal surface; touches of several features need "
-    "labels such as bore1-1, bore1-2, bore2-1; remove a gross touch from the file"
+    "labels such as bore1-1, bore1-2, bore2-1; leave a gross touch out"
 )
 _LARGEST_FORM, _FORM_OF_RADIUS = 0.05, 0.02
 """Distance of a touch from its fitted feature that pretravel and form explain, in mm, and in parts

@@ -558,7 +558,7 @@ def _side(points: Points, association: Association, kind: str) -> str:
         raise PretravelError(
             f"point {points.labels[wrong[0]]}: its normal lies along the surface of the {kind} "
             "that fits the points. Is this the right feature, with the right axis and points?",
-            inputs=("feature", "axis"),
+            inputs=("feature", "axis", "select"),
         )
     inside = along < 0.0
     if np.any(inside) and not np.all(inside):
