@@ -55,6 +55,7 @@ def test_the_physics_is_apart_from_that_of_the_package() -> None:
                 used.add((path.name, node.module))
     assert used == {
         ("evaluation.py", "pretravel"),
+        ("evaluation.py", "pretravel.laboratory.reversal"),
         ("evaluation.py", "pretravel.measurement.points_summary"),
         ("evaluation.py", "pretravel.qualification.prior_update"),
         ("evaluation.py", "pretravel.qualification.touch_plan"),

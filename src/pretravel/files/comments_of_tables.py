@@ -12,14 +12,15 @@ from pretravel.files.words_of_lines import days_in_text, units_in_text
 
 _OF_LENGTH = re.compile(
     r"\b(?:all|values|readings|numbers|errors?|uncertaint(?:y|ies)|ruler|laser|scale|reference)\b"
-    r"(?:\W+(?:are|is))?\W+in\W+(nm|[µμu]m|mm|cm|inch(?:es)?|mil|thou|V|mV|volts?)\b|"
+    r"(?:\W+(?:are|is))?\W+in\W+"
+    r"(nm|[µμu]m|mm|cm|inch(?:es)?|mil|thou|V(?![\w-]|\s(?:block|groove))|mV|volts?)\b(?! were)|"
     r"\bunits?\b\W*(nm|mV|V|volts?)\b",
     re.IGNORECASE,
 )
 _STATES = (
     r"\b(?:tip|ball|probe|stylus|taster|tastkugel|kugel|ruler|scale|encoder|laser|reference|rig|"
     r"machine|azimuth|direction|polar|gain|range|filter|k|u|standard)\b[^\d\n]{0,60}+\d|"
-    r"\d\s?(?:k?Hz|S/s|V|nm|[µμu]m|mm|K|°|deg|rad|%)(?!\w)|\b(?:S/?N|serial)\b|"
+    r"\d\s?(?:k?Hz|S/s|V|nm|[µμu]m|mm|K|°|deg|rad|%)(?!\w)|\d\s?°\s?[CF]\b|\b(?:S/?N|serial)\b|"
     r"\b(?:expanded|rectangular|triangular|half.?width|divisor|correlat\w*|valid|expire\w*|until|"
     r"deviations?|invert\w*|revers\w*|active (?:low|high)|decreas\w*|negative|fahrenheit)\b|"
     r"[01]\s?=\s?[a-z]|"

@@ -222,13 +222,10 @@ class LaboratoryStatements:
             ("feed", self.method.feed, _FEED, 0.0),
         ):
             value = used.get(name)
+            read = {"feed": _feeds, "temperature": _celsius}.get(name)
             stated = (
-                _feeds(text)
-                if name == "feed"
-                else [_number("".join(each)) for each in pattern.findall(text)]
+                read(text) if read else [_number("".join(each)) for each in pattern.findall(text)]
             )
-            if name == "temperature" and _FAHRENHEIT.search(text):
-                stated = [(each - 32.0) / 1.8 for each in stated]
             if not (isinstance(value, (int, float)) and stated):
                 continue
             if min(abs(each - value) for each in stated) > apart:
@@ -262,8 +259,8 @@ class LaboratoryStatements:
         if measured is None:
             return
         for text in (self.traceability.statement, self.reference.certificate):
-            until = max(days_in_text(text), default=measured)
-            if _EXPIRES.search(text) and until < measured:
+            until = days_in_text(_after(_EXPIRES, text))
+            if until and until[0] < measured:
                 yield "lab", f"itself: it gives '{text}', and the measurement is of {measured}"
 
     def warm_reference(self, diameter: float, u_temperature: float) -> str:
@@ -285,7 +282,7 @@ of the touches
         ''
         """
         text = self.conditions.temperature
-        apart = min(map(_number, _DEGREES.findall(text)), default=20.0) - 20.0
+        apart = min(_celsius(text), default=20.0) - 20.0
         if abs(apart) <= max(_TEMPERATURES_APART, 2.0 * u_temperature):
             return ""
         grown = 1e3 * STEEL_EXPANSION * diameter * apart
@@ -337,7 +334,10 @@ _OF_TIP = re.compile(
     re.IGNORECASE,
 )
 _DEGREES = re.compile(r"^\D{0,3}(-?\d+(?:[.,]\d+)?)")
-_FAHRENHEIT = re.compile(r"\d ?°? ?F\b")
+_EXPIRES = re.compile(r"\b(?:until|valid to|till|expire\w*|gültig bis)\b", re.IGNORECASE)
+_NEXT = 14
+"""Characters of a date and the signs before it."""
+_FAHRENHEIT = re.compile(r"^\D{0,3}-?\d+(?:[.,]\d+)? ?°? ?F\b")
 _FEED = re.compile(r"(\d+(?:[.,]\d+)?) ?mm/(min|s)\b")
 _UNCERTAINTY = re.compile(
     r"(?:\b([Uu])(?:95|99)?\s?(?:\([^)]*\))?\s?[=:]|±)\s?(\d+(?:[.,]\d+)?) ?(nm|[µμu]m|mm)\b"
@@ -357,9 +357,6 @@ def _feeds(text: str) -> list[float]:
     """Feeds in a text. [mm/min]"""
     found = [(_number(size), unit) for size, unit in _FEED.findall(text)]
     return [60.0 * size if unit == "s" else size for size, unit in found]
-
-
-_EXPIRES = re.compile(r"\b(?:until|valid to|till|expire\w*|gültig bis)\b", re.IGNORECASE)
 
 
 _DIAMETERS_APART = 0.5
@@ -405,3 +402,15 @@ class LaboratoryStatement:
     key: str
     meaning: str
     text: str
+
+
+def _after(words: re.Pattern[str], text: str) -> str:
+    """What follows these words at once; empty where they are not there."""
+    found = words.search(text)
+    return "" if found is None else text[found.end() : found.end() + _NEXT]
+
+
+def _celsius(text: str) -> list[float]:
+    """The temperature that a text begins with. [°C]"""
+    scale = (lambda value: (value - 32.0) / 1.8) if _FAHRENHEIT.search(text) else float
+    return [scale(_number(each)) for each in _DEGREES.findall(text)]

@@ -93,6 +93,8 @@ _WITHOUT_SIZE = (
 )
 """A size in mm, or with the decimals of a certificate: tip 4 mm, sphere: 24.9987."""
 _VALUE = r"\W{0,3}(?P<value>\d+(?:[.,]\d+)?)\s*(?P<unit>mm|in(?:ch)?\b|\")?"
+_RESULT_OF_FIT = r"\b(?:fit\w*|best|results?|ausgleich\w*|measured|gemessen\w*)\b"
+"""The diameter of a sphere through tip centres is none of the reference."""
 _SMALLEST_SIZE = 0.5
 """Below this a number can be a deviation. [mm]"""
 _LARGEST_DIFFERENCE = 0.18
@@ -175,7 +177,7 @@ def size_of_features(
     """
     round_ones = all(names_a_centre(row[0]) for row in text.rows)
     for i, title in _other_columns(text, used):
-        times = {"radius": 1.0, "rad": 1.0}.get(title)
+        times = {"radius": 1.0}.get(title)
         times = {"r": 1.0, "d": 2.0}.get(title, times) if round_ones else times
         sizes = [_number(cell) for cell in text.column(i)]
         known = [LENGTH_UNITS.get(unit, 1.0) * size for size in sizes if size is not None]
@@ -186,8 +188,7 @@ def size_of_features(
             what = "radius" if times == 1.0 else "diameter"
             span = f"{low:.6g}" if high == low else f"{low:.6g} to {high:.6g}"
             said = f"{text.title(i)} is {span} mm, and the tip's {what} is {own:.6g} mm"
-            why = "they are not touches, and nothing is left to compensate"
-            return (f"{said}: if the rows are circles or other features, {why}",)
+            return (f"{said}: are the rows circles or other features? They are not touches",)
     return ()
 
 
@@ -268,6 +269,8 @@ def _diameters(
                 line = text.lines[text.column(i).index(cell)]
                 yield line, title, own * number * _diameters_in(named)
     for line, comment in text.around:
+        if line > text.lines[0] or re.search(_RESULT_OF_FIT, comment, re.IGNORECASE):
+            continue
         sized = re.search(rf"\b{words}{_SIZE}{_VALUE}", comment, re.IGNORECASE)
         found = sized or re.search(rf"\b{words}{_WITHOUT_SIZE}", comment, re.IGNORECASE)
         if found is not None:

@@ -6,6 +6,7 @@ The rows are invented; what is right is what a reader of the table sees.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +16,7 @@ from pretravel.files.format_registry import format_of
 from pretravel.files.preview import look_at
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
+from pretravel.files.touches_csv import read_touches
 
 UP = ReadingOptions(units="mm", normal=(0.0, 0.0, 1.0))
 
@@ -311,3 +313,19 @@ def test_a_column_of_heights_is_z() -> None:
 def test_further_names_of_measured_positions(title: str) -> None:
     found = _read(f"{title} X,{title} Y,{title} Z,Stop X,Stop Y,Stop Z\n1,0,3,1,0,2\n2,0,3,2,0,2\n")
     assert found.touches.positions[1].tolist() == [2, 0, 3]
+
+
+@pytest.mark.parametrize(
+    "innocent",
+    [
+        "Datum: 01.12.2026", "M6 Bohrung", "reference sphere 25 mm", "Kugel 25 mm Nr. 4711",
+        "Best-fit sphere: d = 30.974 mm", "with reference to drawing 4711", "Order: Z-4711",
+    ],
+)  # fmt: skip
+def test_remarks_that_change_nothing_stop_no_run(tmp_path: Path, innocent: str) -> None:
+    """A day, a thread, the certificate's sphere, a result: among and below the rows."""
+    path = tmp_path / "touches.csv"
+    rows = [f"{x},{y},0,{-x / 10},{-y / 10},0" for x, y in ((10, 0), (0, 10), (-10, 0), (0, -10))]
+    rows[2:2] = [f"# {innocent}"]
+    path.write_text("\n".join(["x_mm,y_mm,z_mm,nx,ny,nz", *rows, f"# {innocent}"]))
+    assert len(read_touches(path, ReadingOptions(reference_diameter=24.0, ring=True))) == 4

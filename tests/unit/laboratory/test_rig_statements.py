@@ -142,7 +142,7 @@ class TestOtherTables:
         said = " ".join(said.split())
         assert "budget.txt: not read: line 1 '# valid until 2024-12-31'" in said
         assert "scale.txt: not read: line 1 '# temperature 25 °C'" in said
-        assert "'ruler temperature' of the budget counts with the uncertainties" in said
+        assert "'ruler temperature' of the budget counts in addition to the uncertainties" in said
         assert "the budget has no source 'grating scale …'" in said
 
 
@@ -168,7 +168,7 @@ class TestBudgets:
 
     def test_a_second_repeatability_is_named(self) -> None:
         (doubt,) = budget_doubts([LengthComponent("trigger repeatability", "A", 0.06 * UM)])
-        assert doubt.startswith("'trigger repeatability' of the budget counts with")
+        assert doubt.startswith("'trigger repeatability' of the budget counts in addition")
 
     def test_only_the_same_temperature_counts_twice(self) -> None:
         own = thermal_components(

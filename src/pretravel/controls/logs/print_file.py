@@ -62,10 +62,12 @@ def read_print_file(source: Source, units: str | None = None) -> list[FeatureRes
     """
     file = opened(source)
     lines = file.lines("a print-out")
-    begin = next((i for i, text in enumerate(lines) if _RESULT.match(text)), 0)
-    stated = sorted(units_in_text(lines[:begin]) & {*UNITS})
-    for number, text in enumerate(lines[begin:], start=begin + 1):
-        if units_in_text([text]) & {*UNITS} - {*stated}:
+    rows = [i for i, text in enumerate(lines) if _RESULT.match(text)] or [0]
+    stated = sorted(units_in_text([*lines[: rows[0]], *lines[rows[-1] + 1 :]]) & {*UNITS})
+    if len(stated) > 1:
+        raise file.error(f"gives two units, {stated[0]} and {stated[1]}: leave one out")
+    for number, text in enumerate(lines[rows[0] : rows[-1]], start=rows[0] + 1):
+        if units_in_text([text]) & {*UNITS} - {*stated, units}:
             raise file.error(
                 f"'{text.strip()[:40]}' gives a unit among the results: split the file there",
                 number,

@@ -80,8 +80,8 @@ class ToleranceText(NamedTuple):
             )
         raise PretravelError(
             "expected limits as 20.000..20.021, one limit as 20.. or ..20.021, the nominal size "
-            "and its class as 20H7, or the upper and lower deviation alone as +0.021/0 or ±0.01 "
-            "with the nominal size given apart, in mm"
+            "and its class as 20H7, or only the deviations, +0.021/0 or ±0.01, and the "
+            "nominal size as a setting of its own, in mm"
         )
 
     def refuse_other_side(self, kind: str | None) -> None:

@@ -51,11 +51,13 @@ _SMALLEST_OF_A_RIG = 1e-6
 _LARGEST_OF_A_RIG = 1e-3
 """Standard uncertainty of a whole rig; Ren's has 0.058 µm without its repeatability. [mm]"""
 _EXPANDED = re.compile(
-    r"\bk\s?=\s?(?!1(?:\.0*)?\b)\d|\b(?:expanded|erweitert\w*|rectang\w*|triang\w*|u-shaped|"
+    r"\bk\s?=\s?(?!1(?:[.,]0*)?(?![.,\d]))\d|\b(?:expanded|erweitert\w*|rectang\w*|triang\w*|u-shaped|"
     r"half.?widths?|divisor|sensitiv\w*|correlat\w*|nm)\b|±|\d\s?%",
     re.IGNORECASE,
 )
-_CONVERTED = re.compile(r"divid|÷|/\s?(?:√|sqrt|[23k]\b)|geteilt|standard", re.IGNORECASE)
+_CONVERTED = re.compile(
+    r"divid|÷|/\s?(?:√|sqrt|[23k]\b)|geteilt|convert|standard (?:uncert|deviat)", re.IGNORECASE
+)
 """Words of a source that has to be converted to a standard uncertainty, and of a converted one."""
 _OF_TEMPERATURE = re.compile(r"temperatur|thermal|expansion|thermisch|ausdehnung", re.IGNORECASE)
 REN_BUDGET: tuple[LengthComponent, ...] = (
@@ -322,14 +324,14 @@ def budget_doubts(components: Sequence[LengthComponent]) -> tuple[str, ...]:
         )
     if again := [f"'{c.source}'" for c in rig if "repeatab" in c.source.casefold()]:
         found.append(
-            f"{', '.join(again)} of the budget counts with the repeatability that the traces show: "
-            "a name that begins with 'repeatability at' is replaced"
+            f"{', '.join(again)} of the budget counts in addition to the repeatability of the "
+            "traces: a name that begins with 'repeatability at' is replaced"
         )
     if other := [f"'{words}'" for c in components if _is_expanded(words := _words(c))]:
         found.append(
             f"the budget says {', '.join(other)}: its numbers are taken as standard uncertainties "
-            "of the length in µm (k = 1), independent of each other. Divide them, or write "
-            "'divided' in the remark"
+            "of the length in µm (k = 1), independent of each other. Convert them, or write "
+            "'converted' in the remark"
         )
     return tuple(found)
 
@@ -342,14 +344,14 @@ def counted_twice(components: Sequence[LengthComponent]) -> tuple[str, ...]:
     components : sequence of LengthComponent
         With the lines of `thermal_components`.
 
-    >>> counted_twice((LengthComponent("ruler temperature", "B", 0.0, 6e-8),))[0][:45]
-    "'ruler temperature' of the budget counts with"
+    >>> counted_twice((LengthComponent("ruler temperature", "B", 0.0, 6e-8),))[0][:44]
+    "'ruler temperature' of the budget counts in "
     """
     more = [f"'{c.source}'" for c in components if not c.thermal and _is_thermal(c.source)]
     if not more:
         return ()
-    said = f"{', '.join(more)} of the budget counts with the uncertainties of temperature and "
-    return (f"{said}expansion that are given: leave out what is there twice",)
+    said = f"{', '.join(more)} of the budget counts in addition to the uncertainties of "
+    return (f"{said}temperature and expansion that are given: leave out what is there twice",)
 
 
 def _is_thermal(source: str) -> bool:

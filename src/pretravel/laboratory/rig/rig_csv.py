@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -28,18 +29,12 @@ OWN_TEMPERATURE = ("temperature measurement", "thermal expansion")
 """Names of sources that begin so are replaced where both uncertainties are stated."""
 BUDGET_COLUMNS = ("source", "type", "uncertainty_um", "per_metre_um")
 MORE_BUDGET_COLUMNS = ("dof", "remark")
-_RESULTS = (
-    "combined",
-    "expanded",
-    "total",
-    "sum",
-    "u(y)",
-    "uc",
-    "result",
-    "coverage",
-    "kombiniert",
+_RESULTS = re.compile(
+    r"\W*(?:(?:combined|expanded|total|kombiniert\w*|erweitert\w*)(?: standard)?"
+    r"(?: (?:uncertainty|(?:mess)?unsicherheit|u))?|sum|u\(y\)|uc|result|coverage(?: factor)?)"
+    r"(?: ?\([^)]{0,20}\)|[ ,:]*\bk ?= ?[\d.,]+)?\W*"
 )
-"""First words of the last lines of a budget."""
+"""The last lines of a budget."""
 _HEAD = 4096
 """Bytes at the beginning of a file in which the names of its columns are looked for."""
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
@@ -254,7 +249,7 @@ def _budget_source(table: CsvTable, row: int, path: str | Path) -> LengthCompone
     source = table.columns["source"][row].strip()
     if not source:
         raise InputError("a source of uncertainty needs a name", path=path, line=line)
-    if source.casefold().split()[0].strip(",:()") in _RESULTS:
+    if _RESULTS.fullmatch(source.casefold()):
         raise InputError(
             f"'{source}' is a result of the budget, no source: it would count twice. Leave it out",
             path=path,

@@ -15,13 +15,18 @@ from pretravel.laboratory.rig.trace import OTHER_FEED, RigTouch, RigTrace
 
 _NUMBER = r"(-?\d+(?:[.,]\d+)?)"
 _RATE = re.compile(
-    rf"\b(?:sampl\w*|scan\w*|abtast\w*|rate|f_?s)\b[^\d\n]{{0,40}}?{_NUMBER}\s?(k?)(?:Hz|S/s)", re.I
+    rf"\b(?:sampl\w*|abtast\w*|f_?s)\b[^\d\n]{{0,40}}?{_NUMBER}\s?(k?)(?:Hz|S/s)", re.I
 )
 _FEED = re.compile(
-    rf"\b(?:feed|speed|vorschub)\b\D{{0,40}}?{_NUMBER}\s?(mm/min|mm/s|[µμu]m/s)", re.I
+    rf"^\W*(?:rod |probing )?(?:feed|speed|vorschub)\b\D{{0,40}}?{_NUMBER}\s?"
+    r"(mm/min|mm/s|[µμu]m/s)",
+    re.I,
 )
 _PER_MINUTE = {"mm/min": 1.0, "mm/s": 60.0}
-_AZIMUTH = re.compile(rf"\b(?:azimuth|direction|richtung)\b\W*{_NUMBER}\s?(?:°|deg|$)", re.I)
+_AZIMUTH = re.compile(
+    rf"\bazimuth\b\W*{_NUMBER}\s?(?:°|deg|$)|\b(?:direction|richtung)\b\W*{_NUMBER}\s?(?:°|deg)",
+    re.I,
+)
 _TEMPERATURE = re.compile(rf"\btemp(?:eratur\w*|\.)?\W*{_NUMBER}\s?(?:°\s?)?C\b", re.I)
 _OTHER_RATE = 0.02
 _OTHER_ANGLE = 0.5 * DEGREE
@@ -86,11 +91,11 @@ def _not_read(trace: RigTrace, touch: RigTouch, temperature: float) -> Iterator[
             if abs(rate * trace.interval - 1.0) > _OTHER_RATE:
                 _refuse(f"{own}time_s has a sample every {1e3 * trace.interval:.4g} ms")
         elif found := _FEED.search(line):
-            feed = _value(found[1]) * _PER_MINUTE.get(found[2].lower(), 0.06)
+            feed = abs(_value(found[1])) * _PER_MINUTE.get(found[2].lower(), 0.06)
             if abs(feed - touch.feed) > OTHER_FEED * touch.feed:
                 _refuse(f"{own}the rod has {touch.feed:.3g} mm/min")
         elif (found := _AZIMUTH.search(line)) and math.isfinite(azimuth):
-            apart = math.remainder(_value(found[1]) * DEGREE - azimuth, 2.0 * math.pi)
+            apart = math.remainder(_value(found[1] or found[2]) * DEGREE - azimuth, 2.0 * math.pi)
             if abs(apart) > _OTHER_ANGLE:
                 _refuse(f"{own}the name gives the azimuth {azimuth / DEGREE:g}°")
         elif found := _TEMPERATURE.search(line):

@@ -230,10 +230,9 @@ def doubts_of_ruler(temperature: float, expansion: float) -> tuple[str, ...]:
     found = []
     if not _ROOM[0] <= temperature <= _ROOM[1]:
         celsius = (temperature - 32.0) / 1.8
-        found.append(
-            f"the ruler is taken to be at {temperature:g} °C: was {temperature:g} °F, "
-            f"{celsius:.3g} °C, meant?"
-        )
+        meant = f": was {temperature:g} °F, {celsius:.3g} °C, meant?"
+        unit = meant if _ROOM[0] <= celsius <= _ROOM[1] else ", which no room has"
+        found.append(f"the ruler is taken to be at {temperature:g} °C{unit}")
     if 0.0 < expansion < _SMALLEST_EXPANSION:
         found.append(
             f"the expansion of the ruler is taken as {expansion:g} · 1e-6/K, and that of glass is "
