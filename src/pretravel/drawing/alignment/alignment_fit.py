@@ -40,6 +40,8 @@ _DETERMINED = 1e-3
 """Mean change of the distances per movement of the touched points, from which a motion counts as
 determined: below it, a touch error of 1 µm is 1 mm of the part."""
 _CLOSED = 1e-9  # movement of the touched points at which the iteration ends [mm]
+_ROUNDING = 1e-6
+"""Movement that rounding leaves where few touches hardly determine the placement. [mm]"""
 _MOST_ITERATIONS = 60
 _ROUGH = 30  # steps in which touches that are far off have little weight
 _NEARLY = 5e-3  # movement of the touched points at which these end [mm]
@@ -283,7 +285,7 @@ class _Fit:
             if np.all(nearest == own):
                 break
             own = nearest
-        if moved >= _CLOSED:
+        if moved >= _ROUNDING:
             raise ConvergenceError(
                 f"the alignment did not converge: it still moves by {moved / MICROMETRE:.3g} µm "
                 f"after {_MOST_ITERATIONS} steps. Give a start that is nearer",
