@@ -393,9 +393,8 @@ class TouchSummary:
         if stated or not _delay_is_unknown(pretravel_map):
             return ""
         return (
-            "no file states a feed (column feed_mm_min): for each 100 mm/min by which the feeds on "
-            "reference and part differ, a signal delay of 2 ms would move points by 3.3 µm (not in "
-            "U)"
+            "no file states a feed (column feed_mm_min): if the feeds on reference and part differ "
+            "by 100 mm/min, a signal delay of 2 ms moves points by 3.3 µm (not in U)"
         )
 
     def _friction_note(self) -> str:
