@@ -393,8 +393,8 @@ class TouchSummary:
         if stated or not _delay_is_unknown(pretravel_map):
             return ""
         return (
-            "no file states a feed (column feed_mm_min): if the feeds on reference and part differ "
-            "by 100 mm/min, a signal delay of 2 ms moves points by 3.3 µm (not in U)"
+            "no file states a feed (column feed_mm_min): feeds that differ by 100 mm/min move "
+            "points by 3.3 µm at a signal delay of 2 ms (not in U)"
         )
 
     def _friction_note(self) -> str:
