@@ -60,14 +60,18 @@ def telling_comments(comments: Sequence[Record]) -> list[Record]:
     >>> telling_comments([(1, "# coffee at ten"), (2, "# temperature 27 °C")])
     [(2, '# temperature 27 °C')]
     """
-    return [each for each in comments if re.search(_STATES, each[1], re.IGNORECASE)]
+    return [each for each in comments if _is_telling(each[1])]
 
 
 def comments_not_read(table: CsvTable) -> tuple[str, ...]:
     """A sentence that quotes telling comments and dates; none without them."""
     return lines_not_read(
-        [each for each in table.comments if telling_comments([each]) or days_in_text(each[1])]
+        [each for each in table.comments if _is_telling(each[1]) or days_in_text(each[1])]
     )
+
+
+def _is_telling(line: str) -> bool:
+    return re.search(_STATES, line, re.IGNORECASE) is not None
 
 
 def _units(line: str) -> list[str]:

@@ -238,10 +238,9 @@ def numbers_columns(cells: Sequence[str], below: Sequence[str]) -> bool:
     numbers = [int(match[2]) for match in names]
     plain = [IS_NUMBER.fullmatch(cell) for cell, match in zip(below, found, strict=False) if match]
     rising = len(stems) == 1 and numbers == sorted({*numbers})
-    alike = len(stems) == len(names) and len({*numbers}) == 1
-    whole = len({match[0] for match in names}) == len(stems) * len({*numbers})
-    repeated = len(stems) > 1 and len(names) == len(stems) * len({*numbers}) and whole
-    return len(names) > 1 and (rising or alike or repeated) and all(plain)
+    different = len({match[0] for match in names})
+    each = len(stems) > 1 and different == len(names) == len(stems) * len({*numbers})
+    return len(names) > 1 and (rising or each) and all(plain)
 
 
 _DRESSED = re.compile(rf"({NUMERAL})(?:([-+−])|\s?([A-Za-zµμ°\"/]{{1,8}}))")
